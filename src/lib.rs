@@ -1,0 +1,3 @@
+//! Contact problems of axisymmetric, hyperelastic, fluid-filled membranes, from declarative problem files.
+
+pub mod scalar;
