@@ -177,7 +177,7 @@ mod tests {
             + (y * 0.1).acos() * x.sinh() / y.cosh()
     }
 
-    fn oracle<D: DualNum<f64> + Copy>(x: D, y: D) -> D {
+    fn oracle(x: Dual3_64, y: Dual3_64) -> Dual3_64 {
         (x * y).exp() / (x + 2.0).sqrt() + (y * x.ln()).sin() * x.powi(-3) - (x * y).powf(1.7) * y.tanh().atan()
             + (x * 0.2).asin() * y.tan()
             + (y * 0.1).acos() * x.sinh() / y.cosh()
