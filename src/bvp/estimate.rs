@@ -1,0 +1,163 @@
+//! The error of a collocation solution, from one more residual solved with the kept factors.
+//!
+//! Let u be the piecewise polynomial, e = (exact) - u, and d = f(x, u, P) - u' its defect: e' = f(u + e) - f(u) + d. Split e in
+//! e1 + e2, with e1 the running integral of d on each interval, started from zero at its left end:
+//!
+//! ```text
+//! e1(x) = integral of d,      e2' = f(u + e1 + e2) - f(u) ~ J e2 + [f(u + e1) - f(u)]               (6)
+//! ```
+//!
+//! d is sampled on finer nodes (it vanishes at the collocation nodes). Equation (6) is a linear collocation problem with the
+//! kept factors, with the bracket as forcing and e1 at the end of an interval as a jump. The bracket is *projected* onto degree
+//! < k, not sampled at the nodes: sampling aliases the leading part of e1, a multiple of P_{k+1} - P_{k-1}, and would estimate
+//! (k + 1)/(2k + 1) of the error. What is neglected is smaller by O(h |J| / 2k), and by the nonlinearity. Since d also
+//! holds the residual at the nodes, what is left of Newton's iteration is part of the estimate.
+
+use super::assembly::stage_value;
+use super::{Discretization, Linearization, Problem, Residual, State};
+use crate::scalar::Scalar;
+
+/// The estimated error of a solution.
+#[derive(Clone, Debug, Default)]
+pub struct Estimate {
+    /// (Exact) - (computed) for every unknown, to leading order.
+    pub delta: State,
+    /// (Exact) - (computed) of the quadratures by themselves, per segment, coupled ones first: what finer nodes and e1 add.
+    /// The part through `delta` is not included.
+    pub quadratures: Vec<Vec<f64>>,
+    /// Largest |e1| relative to the scales of the problem, per segment and interval; of order h^(k+1).
+    pub local: Vec<Vec<f64>>,
+}
+
+/// How far an estimate can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Largest local error of any interval.
+    pub local: f64,
+}
+
+impl Estimate {
+    /// Estimates the error of `z`, a solution on `disc`, with factors that were taken near it.
+    pub fn new<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], factors: &Linearization) -> Self {
+        let layout = &disc.layout;
+        let gauss = &disc.gauss;
+        let (k, m) = (gauss.stages(), gauss.fine_stages());
+        let globals = disc.globals(z);
+        let mut rhs = Residual::default();
+        super::assembly::residual(problem, disc, z, &mut rhs);
+        let (mut defects, mut local) = (vec![], vec![]);
+        rhs.jumps = vec![vec![]; layout.segments.len()];
+        for (s, segment) in layout.segments.iter().enumerate() {
+            let (n, q) = (segment.states, segment.coupled + segment.reported);
+            let p: Vec<f64> = segment.parameters.iter().map(|&i| globals[i]).collect();
+            let mut u = vec![0.0; m * n];
+            let (mut flow, mut flow_e1) = (vec![0.0; m * (n + q)], vec![0.0; m * (n + q)]);
+            let mut defect = vec![0.0; m * n];
+            let mut e1 = vec![0.0; n];
+            let mut shifted = vec![0.0; n];
+            let mut quadrature = vec![0.0; q];
+            let mut sizes = vec![];
+            for i in 0..disc.intervals(s) {
+                let (h, x0) = (disc.width(s, i), disc.meshes[s][i]);
+                let (y, slopes) = (&z[disc.y(s, i)..], &z[disc.k(s, i)..disc.k(s, i) + k * n]);
+                for j in 0..m {
+                    let u = &mut u[j * n..(j + 1) * n];
+                    stage_value(&gauss.integrate_to_fine[j * k..(j + 1) * k], h, y, slopes, u);
+                    let flow = &mut flow[j * (n + q)..(j + 1) * (n + q)];
+                    problem.flow(s, x0 + h * gauss.fine_nodes[j], u, &p, flow);
+                    for c in 0..n {
+                        let slope: f64 = (0..k).map(|l| gauss.to_fine[j * k + l] * slopes[l * n + c]).sum();
+                        defect[j * n + c] = flow[c] - slope;
+                    }
+                }
+                let mut size: f64 = 0.0;
+                for j in 0..m {
+                    for c in 0..n {
+                        e1[c] = h * (0..m).map(|l| gauss.fine_integrate[j * m + l] * defect[l * n + c]).sum::<f64>();
+                        shifted[c] = u[j * n + c] + e1[c];
+                        let relative = e1[c].abs() / problem.state_scale(s, c);
+                        if !(relative <= size) {
+                            size = relative;
+                        }
+                    }
+                    let flow_e1 = &mut flow_e1[j * (n + q)..(j + 1) * (n + q)];
+                    problem.flow(s, x0 + h * gauss.fine_nodes[j], &shifted, &p, flow_e1);
+                }
+                sizes.push(size);
+                for c in 0..n {
+                    rhs.jumps[s].push(h * (0..m).map(|j| gauss.fine_weights[j] * defect[j * n + c]).sum::<f64>());
+                }
+                for j in 0..k {
+                    for c in 0..n {
+                        let forcing: f64 = (0..m)
+                            .map(|l| gauss.project[j * m + l] * (flow_e1[l * (n + q) + c] - flow[l * (n + q) + c]))
+                            .sum();
+                        rhs.stages[s][(i * k + j) * n + c] = -forcing;
+                    }
+                }
+                for c in 0..q {
+                    quadrature[c] +=
+                        h * (0..m).map(|j| gauss.fine_weights[j] * flow_e1[j * (n + q) + n + c]).sum::<f64>();
+                }
+            }
+            let mut coarse = vec![0.0; q];
+            quadratures(problem, disc, z, s, &mut coarse);
+            for c in 0..q {
+                quadrature[c] -= coarse[c];
+            }
+            for c in 0..segment.coupled {
+                rhs.quadratures[s][c] -= quadrature[c];
+            }
+            defects.push(quadrature);
+            local.push(sizes);
+        }
+        let mut delta = vec![0.0; disc.unknowns()];
+        factors.solve(disc, &rhs, &mut delta);
+        Estimate { delta, quadratures: defects, local }
+    }
+
+    /// How far the estimate can be trusted.
+    pub fn reach(&self) -> Reach {
+        Reach { local: self.local.iter().flatten().fold(0.0, |a, &b| if b > a || b.is_nan() { b } else { a }) }
+    }
+}
+
+/// The quadratures of a segment, coupled ones first, on numbers that may carry derivatives along directions of the state.
+///
+/// `z(i)` gives unknown i with its derivatives.
+pub fn quadratures_along<P: Problem, S: Scalar>(
+    problem: &P,
+    disc: &Discretization,
+    z: &impl Fn(usize) -> S,
+    segment: usize,
+    out: &mut [S],
+) {
+    let shape = &disc.layout.segments[segment];
+    let gauss = &disc.gauss;
+    let (n, k) = (shape.states, gauss.stages());
+    let p: Vec<S> = shape.parameters.iter().map(|&i| z(disc.p() + i)).collect();
+    let mut y = vec![S::from(0.0); n];
+    let mut flow = vec![S::from(0.0); n + out.len()];
+    out.fill(S::from(0.0));
+    for i in 0..disc.intervals(segment) {
+        let (h, x0) = (disc.width(segment, i), disc.meshes[segment][i]);
+        let (at, slopes) = (disc.y(segment, i), disc.k(segment, i));
+        for j in 0..k {
+            for c in 0..n {
+                let mut v = z(at + c);
+                for l in 0..k {
+                    v = v + z(slopes + l * n + c) * (h * gauss.integrate[j * k + l]);
+                }
+                y[c] = v;
+            }
+            problem.flow(segment, x0 + h * gauss.nodes[j], &y, &p, &mut flow);
+            for (c, o) in out.iter_mut().enumerate() {
+                *o = *o + flow[n + c] * (h * gauss.weights[j]);
+            }
+        }
+    }
+}
+
+fn quadratures<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], segment: usize, out: &mut [f64]) {
+    quadratures_along(problem, disc, &|i| z[i], segment, out);
+}
