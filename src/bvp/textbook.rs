@@ -89,7 +89,7 @@ fn bratu_converges_with_order_2k_and_the_estimate_tells_the_error() {
             let estimate = Estimate::new(&b, &disc, &z, &factors).delta[disc.y(0, 0) + 1];
             (error, estimate)
         };
-        let order = observed_order(|n| run(n).0.abs(), 2, 4);
+        let order = observed_order(|n| run(n).0.abs(), 3, 6);
         assert!((order - 2.0 * k as f64).abs() < 0.5, "k = {k}: order {order}");
         let (error, estimate) = run(3);
         assert!((estimate / error - 1.0).abs() < 0.02, "k = {k}: estimate {estimate:e}, error {error:e}");
