@@ -1,0 +1,155 @@
+//! The bridge: a membrane between rigid bodies as a boundary-value problem.
+//!
+//! Here, and nowhere else, the physics and the numerics meet. A [`System`] is the list of pieces of the meridian in walking
+//! order, the named globals, and the conditions, each a formula over [`Probe`]s. What the pieces and conditions are is decided
+//! above ([`crate::model`]); how the discrete problem is solved, below ([`crate::bvp`]).
+//!
+//! States of a piece: ln(lambda), ln(mu), and on a free piece tau. The axial position needs no state: its increment is a quadrature
+//! of a free piece, and on a face it follows from the radius.
+
+mod coordinate;
+mod piece;
+mod probe;
+mod tip;
+
+pub use coordinate::{Coordinate, Place, TIP_LENGTH};
+pub use piece::{Kind, Piece, Pressure, QUADRATURES};
+pub use probe::{Field, Probe, Side};
+pub use tip::coefficient as tip_coefficient;
+
+use crate::bvp::{Layout, Problem, Segment};
+use crate::expr::Tape;
+use crate::physics::material::Law;
+use crate::physics::reference::Sphere;
+use crate::scalar::Scalar;
+
+/// A condition: a formula over probes that must vanish.
+#[derive(Clone, Debug)]
+pub struct Condition {
+    tape: Tape,
+    probes: Vec<Probe>,
+    slots: Vec<usize>,
+}
+
+/// What closes the problem: the last condition, which moves along a branch.
+#[derive(Clone, Debug)]
+pub enum Closing {
+    /// A condition (a quantity) has a value.
+    Value {
+        /// The quantity.
+        of: Condition,
+        /// Its value.
+        target: f64,
+    },
+    /// Pseudo-arclength: the sum of direction times slot has a value.
+    Arc {
+        /// Slots and their coefficients.
+        slots: Vec<usize>,
+        /// Coefficient of each slot.
+        direction: Vec<f64>,
+        /// The value.
+        target: f64,
+    },
+}
+
+/// A membrane between rigid bodies, ready to be discretised.
+#[derive(Clone, Debug)]
+pub struct System {
+    /// The stress-free shape.
+    pub reference: Sphere,
+    /// The material.
+    pub law: Law,
+    /// The pieces of the meridian, from the top.
+    pub pieces: Vec<Piece>,
+    /// The conditions, all but the closing one.
+    pub conditions: Vec<Condition>,
+    /// The closing condition.
+    pub closing: Closing,
+    layout: Layout,
+}
+
+impl System {
+    /// Assembles a system with `globals` globals; conditions are added afterwards, when their slots are known.
+    pub fn new(reference: Sphere, law: Law, pieces: Vec<Piece>, globals: usize) -> Self {
+        let segments = pieces
+            .iter()
+            .map(|p| Segment {
+                states: p.kind.states(),
+                coupled: p.kind.coupled(),
+                reported: p.kind.reported(),
+                parameters: p.parameters(),
+            })
+            .collect();
+        let layout = Layout { segments, globals };
+        let closing = Closing::Arc { slots: vec![], direction: vec![], target: 0.0 };
+        System { reference, law, pieces, conditions: vec![], closing, layout }
+    }
+
+    /// A condition from a tape with one output over `probes`.
+    pub fn condition(&self, tape: Tape, probes: Vec<Probe>) -> Condition {
+        let mut slots: Vec<usize> = vec![];
+        for &i in tape.inputs() {
+            probes[i].slots(self, &mut slots);
+        }
+        slots.sort_unstable();
+        slots.dedup();
+        Condition { tape, probes, slots }
+    }
+}
+
+impl Condition {
+    /// The value of the formula, given the value of each slot.
+    pub fn value<S: Scalar>(&self, system: &System, slot: &impl Fn(usize) -> S) -> S {
+        let mut inputs = vec![S::from(0.0); self.probes.len()];
+        for &i in self.tape.inputs() {
+            inputs[i] = self.probes[i].value(system, slot);
+        }
+        let (mut work, mut out) = (vec![], [S::from(0.0)]);
+        self.tape.eval(&inputs, &mut work, &mut out);
+        out[0]
+    }
+
+    /// The slots it depends on.
+    pub fn slots(&self) -> &[usize] {
+        &self.slots
+    }
+}
+
+impl Problem for System {
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    #[inline]
+    fn flow<S: Scalar>(&self, segment: usize, x: f64, y: &[S], p: &[S], out: &mut [S]) {
+        self.pieces[segment].flow(&self.reference, &self.law, x, y, p, out);
+    }
+
+    fn condition_slots(&self, i: usize) -> &[usize] {
+        match (self.conditions.get(i), &self.closing) {
+            (Some(c), _) => &c.slots,
+            (None, Closing::Value { of, .. }) => &of.slots,
+            (None, Closing::Arc { slots, .. }) => slots,
+        }
+    }
+
+    fn condition<S: Scalar>(&self, i: usize, slots: &[S]) -> S {
+        let value = |c: &Condition| {
+            c.value(self, &|slot| {
+                let at = c.slots.iter().position(|&s| s == slot).expect("a condition asks for its own slots");
+                slots[at]
+            })
+        };
+        match (self.conditions.get(i), &self.closing) {
+            (Some(c), _) => value(c),
+            (None, Closing::Value { of, target }) => value(of) - *target,
+            (None, Closing::Arc { direction, target, .. }) => {
+                slots.iter().zip(direction).fold(S::from(-target), |sum, (s, d)| sum + *s * *d)
+            }
+        }
+    }
+
+    fn global_scale(&self, _: usize, value: f64) -> f64 {
+        value.abs().max(1e-3)
+    }
+}

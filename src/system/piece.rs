@@ -1,0 +1,207 @@
+//! A piece of the meridian: its states, its equations, its quadratures.
+
+use super::{Coordinate, Place};
+use crate::expr::Tape;
+use crate::physics::material::Law;
+use crate::physics::membrane::{Local, tip_energy};
+use crate::physics::reference::Sphere;
+use crate::physics::surface::Face;
+use crate::scalar::Scalar;
+use std::f64::consts::PI;
+
+/// What holds a piece of the membrane.
+#[derive(Clone, Debug)]
+pub enum Kind {
+    /// Nothing but pressure.
+    Free,
+    /// A rigid frictionless face.
+    Contact(Face),
+}
+
+/// Names of the quadratures of a piece, coupled ones first.
+pub const QUADRATURES: [(&str, &[&str]); 2] =
+    [("free", &["drop", "volume", "energy", "area"]), ("contact", &["energy", "area", "force"])];
+
+impl Kind {
+    /// Number of states: ln(lambda), ln(mu), and tau where it is free.
+    pub fn states(&self) -> usize {
+        match self {
+            Kind::Free => 3,
+            Kind::Contact(_) => 2,
+        }
+    }
+
+    /// Quadratures that conditions may use. Free: increments of h and of the volume under the meridian, integral of pi u^2 dh.
+    pub fn coupled(&self) -> usize {
+        match self {
+            Kind::Free => 2,
+            Kind::Contact(_) => 0,
+        }
+    }
+
+    /// Quadratures that are only reported. Elastic energy, deformed area; on a face also the axial force of the contact pressure
+    /// on the membrane, downwards.
+    pub fn reported(&self) -> usize {
+        match self {
+            Kind::Free => 2,
+            Kind::Contact(_) => 3,
+        }
+    }
+}
+
+/// The net outward pressure on a piece: that of the fluid inside minus that outside.
+#[derive(Clone, Debug, Default)]
+pub struct Pressure {
+    /// The global that is the pressure of the fluid.
+    pub fluid: Option<usize>,
+    /// The pressure outside, a formula of one output over globals.
+    pub outside: Option<(Tape, Vec<usize>)>,
+}
+
+impl Pressure {
+    /// The globals it depends on.
+    fn globals(&self) -> Vec<usize> {
+        let mut g: Vec<usize> = self.fluid.into_iter().collect();
+        if let Some((_, inputs)) = &self.outside {
+            g.extend(inputs);
+        }
+        g
+    }
+
+    /// The net pressure, `p` in the order of the globals it depends on.
+    #[inline(always)]
+    pub fn net<S: Scalar>(&self, p: &[S]) -> S {
+        let (fluid, rest) = match self.fluid {
+            Some(_) => (p[0], &p[1..]),
+            None => (S::from(0.0), p),
+        };
+        match &self.outside {
+            None => fluid,
+            Some((tape, _)) => {
+                let (mut work, mut out) = (vec![], [S::from(0.0)]);
+                tape.eval(rest, &mut work, &mut out);
+                fluid - out[0]
+            }
+        }
+    }
+
+    /// The net pressure, given every global.
+    pub fn value<S: Scalar>(&self, global: &impl Fn(usize) -> S) -> S {
+        let p: Vec<S> = self.globals().into_iter().map(global).collect();
+        self.net(&p)
+    }
+}
+
+/// A piece of the meridian.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// Its name in the problem file.
+    pub name: String,
+    /// What holds it.
+    pub kind: Kind,
+    /// How it lies on the reference meridian.
+    pub coordinate: Coordinate,
+    /// Where it starts.
+    pub from: Place,
+    /// Where it ends.
+    pub to: Place,
+    /// The net pressure on it.
+    pub pressure: Pressure,
+}
+
+impl Piece {
+    /// The globals that its equations depend on: unknown places, then those of the pressure.
+    pub fn parameters(&self) -> Vec<usize> {
+        let mut p: Vec<usize> = [self.from, self.to]
+            .into_iter()
+            .filter_map(|place| match place {
+                Place::Unknown(g) => Some(g),
+                _ => None,
+            })
+            .collect();
+        p.extend(self.pressure.globals());
+        p
+    }
+
+    /// The eta of both ends and the rest of the parameters; poles have 0, which nothing uses.
+    #[inline(always)]
+    pub(super) fn ends<'a, S: Scalar>(&self, p: &'a [S]) -> (S, S, &'a [S]) {
+        let mut rest = p;
+        let mut take = |place: Place| match place {
+            Place::Pole => S::from(0.0),
+            Place::Fixed(eta) => S::from(eta),
+            Place::Unknown(_) => {
+                let eta = rest[0];
+                rest = &rest[1..];
+                eta
+            }
+        };
+        let (a, b) = (take(self.from), take(self.to));
+        (a, b, rest)
+    }
+
+    /// The membrane at a state of this piece.
+    #[inline(always)]
+    pub fn local<S: Scalar>(&self, reference: &Sphere, law: &Law, eta: S, y: &[S]) -> Local<S> {
+        let point = reference.at(eta);
+        let tau = match &self.kind {
+            Kind::Free => y[2],
+            Kind::Contact(face) => face.tangent(y[1].exp() * point.rho0),
+        };
+        Local::new(law, point, y[0], y[1], tau)
+    }
+
+    /// Equations and quadratures at `x`: `out` receives as many as it has room for.
+    #[inline(always)]
+    pub fn flow<S: Scalar>(&self, reference: &Sphere, law: &Law, x: f64, y: &[S], p: &[S], out: &mut [S]) {
+        let (a, b, rest) = self.ends(p);
+        let (eta, stretch) = self.coordinate.at(x, a, b);
+        let m = self.local(reference, law, eta, y);
+        let [f0, f1] = m.stretching();
+        out[0] = f0 * stretch;
+        out[1] = f1 * stretch;
+        let measure = m.rho0 * stretch;
+        match &self.kind {
+            Kind::Free => {
+                let p = self.pressure.net(rest);
+                out[2] = m.turning(p) * stretch;
+                if out.len() > 3 {
+                    // (4) of the membrane, and pi u^2 dh
+                    let fall = measure * m.lambda * m.sin;
+                    let u = m.u();
+                    out[3] = fall;
+                    out[4] = u * u * fall * PI;
+                }
+                if out.len() > 5 {
+                    self.reported(&m, measure, &mut out[5..]);
+                }
+            }
+            Kind::Contact(_) => {
+                if out.len() > 2 {
+                    self.reported(&m, measure, &mut out[2..4]);
+                    // Along a face tau turns with the radius only; both faces so far are straight.
+                    let p_c = m.contact_pressure(self.pressure.net(rest), S::from(0.0));
+                    out[4] = m.u() * m.lambda * m.cos * p_c * measure * (2.0 * PI);
+                }
+            }
+        }
+    }
+
+    /// Energy 2 pi rho0 w dS and area 2 pi u lambda dS.
+    #[inline(always)]
+    fn reported<S: Scalar>(&self, m: &Local<S>, measure: S, out: &mut [S]) {
+        out[0] = m.rho0 * m.response.w * measure * (2.0 * PI);
+        out[1] = m.u() * m.lambda * measure * (2.0 * PI);
+    }
+
+    /// What the quadratures miss between the tip of a cone and the innermost point resolved, `m`, on a straight face under the net
+    /// pressure `p`: energy, area, axial force, in closed form.
+    pub fn tip_tail<S: Scalar>(&self, m: &Local<S>, p: S) -> [S; 3] {
+        let cos = m.cos.value().abs();
+        let u = m.u();
+        // The force of the contact pressure on the patch, from its balance: pressure on the disc minus the tension at its rim.
+        let force = u * u * p * PI - m.rho0 * m.response.w_l * m.sin * (2.0 * PI);
+        let sign = if m.cos.value() < 0.0 { -1.0 } else { 1.0 };
+        [tip_energy(m), u * u * (PI / cos), force * sign]
+    }
+}
