@@ -243,7 +243,7 @@ fn mistakes_are_shown_where_they_are() {
         ("if(x, 1, 2)", "no-derivative", "if", "switches"),
         ("1 + if x then 2", "no-derivative", "if", "switches"),
         ("x if y", "no-derivative", "if", "switches"),
-        ("min(a, b)", "no-derivative", "min", "membrane.max"),
+        ("min(a, b)", "no-derivative", "min", "name.max(u)"),
         ("1+max(a, b)", "no-derivative", "max", "equal"),
         ("abs(x)", "no-derivative", "abs", "sqrt(x^2 + e^2)"),
         ("floor(x)", "no-derivative", "floor", "jumps"),
