@@ -50,8 +50,7 @@ pub fn parse_equation(text: &str) -> Result<(Expr, Expr), ExprError> {
 /// Why a name that other languages know is not part of this one: the reason, and what to write instead.
 pub(super) fn refused(name: &str) -> Option<(&'static str, Option<&'static str>)> {
     const SMOOTH: Option<&str> = Some("a smooth replacement is sqrt(x^2 + e^2) with a small e");
-    const OVER: Option<&str> =
-        Some("the extreme value over a part of the curve is asked of the part: name.max(u)");
+    const OVER: Option<&str> = Some("the extreme value over a part of the curve is asked of the part: name.max(u)");
     Some(match name {
         "abs" => ("it has no derivative at its kink", SMOOTH),
         "min" | "max" => ("it has no derivative where its arguments are equal", OVER),

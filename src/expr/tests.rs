@@ -315,7 +315,7 @@ fn all_unknown_names_are_reported_at_once() {
     assert_eq!(builder.add(&parse("a.b(x)").unwrap(), &mut ()).unwrap_err()[0].span, 0..3);
     assert_eq!(builder.add(&parse("1[m]").unwrap(), &mut ()).unwrap_err()[0].code, "unknown-unit");
     // The stand-in for what could not be built leaves no trace.
-    let many = parse(&"y+".repeat(1000).trim_end_matches('+')).unwrap();
+    let many = parse("y+".repeat(1000).trim_end_matches('+')).unwrap();
     assert_eq!(builder.add(&many, &mut ()).unwrap_err().len(), 20);
 }
 
