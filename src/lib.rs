@@ -2,3 +2,5 @@
 
 pub mod expr;
 pub mod scalar;
+pub mod diagnostic;
+pub mod spec;
