@@ -1,6 +1,12 @@
 //! Contact problems of axisymmetric, hyperelastic, fluid-filled membranes, from declarative problem files.
 
-pub mod expr;
-pub mod scalar;
+pub mod bvp;
 pub mod diagnostic;
+pub mod expr;
+pub mod model;
+pub mod physics;
+pub mod run;
+pub mod scalar;
+pub mod solution;
 pub mod spec;
+pub mod system;

@@ -19,43 +19,88 @@
 
 use super::dense::{back_substitute, householder, lu, lu_solve, lu_solve_transposed, reflect};
 use super::{Discretization, Problem};
-use crate::scalar::Dual;
+use crate::scalar::{Dual, Scalar};
 
+/// Refinements of a linear solution.
+const REFINEMENTS: usize = 4;
 /// Directions differentiated in one pass.
 const LANES: usize = 8;
 type D = Dual<LANES>;
 
 /// The residual of the discrete problem.
 #[derive(Clone, Debug, Default)]
-pub struct Residual {
+pub struct Residual<S = f64> {
     /// K - f, per segment N x k x n.
-    pub stages: Vec<Vec<f64>>,
-    /// What y+ must exceed its value by, per segment N x n; empty means zero (see [`super::estimate`]).
-    pub jumps: Vec<Vec<f64>>,
+    pub stages: Vec<Vec<S>>,
+    /// y + h sum_j b_j K_j - y+, per segment N x n.
+    pub jumps: Vec<Vec<S>>,
     /// Q - its quadrature, per segment.
-    pub quadratures: Vec<Vec<f64>>,
+    pub quadratures: Vec<Vec<S>>,
     /// B_i.
-    pub conditions: Vec<f64>,
+    pub conditions: Vec<S>,
 }
 
-/// Evaluates the residual at `z`. With `all` the uncoupled quadratures are returned too, per segment after the coupled ones.
-pub fn residual<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], out: &mut Residual) {
+impl<S: Scalar> Residual<S> {
+    /// A residual of zeros.
+    pub fn zero(disc: &Discretization) -> Self {
+        let (layout, zero) = (&disc.layout, S::from(0.0));
+        let per = |f: &dyn Fn(usize) -> usize| (0..layout.segments.len()).map(|s| vec![zero; f(s)]).collect();
+        Residual {
+            stages: per(&|s| disc.intervals(s) * disc.gauss.stages() * layout.segments[s].states),
+            jumps: per(&|s| disc.intervals(s) * layout.segments[s].states),
+            quadratures: per(&|s| layout.segments[s].coupled),
+            conditions: vec![zero; layout.conditions()],
+        }
+    }
+
+    /// All its numbers.
+    pub fn iter(&self) -> impl Iterator<Item = &S> {
+        let blocks = [&self.stages, &self.jumps, &self.quadratures];
+        blocks.into_iter().flatten().flatten().chain(&self.conditions)
+    }
+}
+
+impl Residual {
+    /// r + J delta, from the derivatives of a carried residual.
+    fn combine(&mut self, r: &Residual, carried: &Residual<Dual<1>>) {
+        let blocks = |r: &mut Vec<Vec<f64>>, a: &[Vec<f64>], b: &[Vec<Dual<1>>]| {
+            for ((r, a), b) in r.iter_mut().zip(a).zip(b) {
+                for ((r, a), b) in r.iter_mut().zip(a).zip(b) {
+                    *r = a + b.du[0];
+                }
+            }
+        };
+        blocks(&mut self.stages, &r.stages, &carried.stages);
+        blocks(&mut self.jumps, &r.jumps, &carried.jumps);
+        blocks(&mut self.quadratures, &r.quadratures, &carried.quadratures);
+        for ((c, a), b) in self.conditions.iter_mut().zip(&r.conditions).zip(&carried.conditions) {
+            *c = a + b.du[0];
+        }
+    }
+}
+
+/// Evaluates the residual at `z`, which may carry derivatives.
+pub fn residual<P: Problem, S: Scalar>(problem: &P, disc: &Discretization, z: &[S], out: &mut Residual<S>) {
     let layout = &disc.layout;
     let gauss = &disc.gauss;
     let k = gauss.stages();
     out.stages.resize(layout.segments.len(), vec![]);
     out.quadratures.resize(layout.segments.len(), vec![]);
-    out.jumps.clear();
-    let globals = disc.globals(z);
+    out.jumps.resize(layout.segments.len(), vec![]);
+    let globals = &z[disc.p()..];
     let (mut stage, mut flow, mut p) = (vec![], vec![], vec![]);
     for (s, segment) in layout.segments.iter().enumerate() {
         let (n, q) = (segment.states, segment.coupled);
         p.clear();
         p.extend(segment.parameters.iter().map(|&i| globals[i]));
-        stage.resize(n, 0.0);
-        flow.resize(n + q, 0.0);
+        stage.clear();
+        stage.resize(n, S::from(0.0));
+        flow.clear();
+        flow.resize(n + q, S::from(0.0));
         let r = &mut out.stages[s];
         r.clear();
+        let jumps = &mut out.jumps[s];
+        jumps.clear();
         let mut sums = z[disc.q(s)..disc.q(s) + q].to_vec();
         for i in 0..disc.intervals(s) {
             let (h, x0) = (disc.width(s, i), disc.meshes[s][i]);
@@ -65,9 +110,12 @@ pub fn residual<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], out: 
                 problem.flow(s, x0 + h * gauss.nodes[j], &stage, &p, &mut flow);
                 r.extend((0..n).map(|c| slopes[j * n + c] - flow[c]));
                 for c in 0..q {
-                    sums[c] -= h * gauss.weights[j] * flow[n + c];
+                    sums[c] = sums[c] - flow[n + c] * (h * gauss.weights[j]);
                 }
             }
+            stage_value(&gauss.weights, h, y, slopes, &mut stage);
+            let next = &z[disc.y(s, i + 1)..];
+            jumps.extend((0..n).map(|c| stage[c] - next[c]));
         }
         out.quadratures[s] = sums;
     }
@@ -83,12 +131,13 @@ pub fn residual<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], out: 
 
 /// y + h sum_l w_l K_l.
 #[inline(always)]
-pub(super) fn stage_value(w: &[f64], h: f64, y: &[f64], slopes: &[f64], out: &mut [f64]) {
+pub(super) fn stage_value<S: Scalar>(w: &[f64], h: f64, y: &[S], slopes: &[S], out: &mut [S]) {
     let n = out.len();
     out.copy_from_slice(&y[..n]);
     for (l, w) in w.iter().enumerate() {
+        let a = h * w;
         for c in 0..n {
-            out[c] += h * w * slopes[l * n + c];
+            out[c] = out[c] + slopes[l * n + c] * a;
         }
     }
 }
@@ -180,7 +229,41 @@ impl Linearization {
         Ok(Linearization { chains, matching, vectors, matrix, slot_index })
     }
 
-    /// The solution of (Jacobian) delta = -residual, with the jumps of the residual added to the y+ of each interval.
+    /// The solution of (Jacobian at `z`) delta = -residual by iterative refinement: the factors may be those of a neighbouring
+    /// state, the Jacobian is applied exactly, as the derivative of the residual along delta. Returns how much the last
+    /// refinement still changed, relative to delta.
+    pub fn solve_refined<P: Problem>(
+        &self,
+        problem: &P,
+        disc: &Discretization,
+        z: &[f64],
+        residual: &Residual,
+        delta: &mut [f64],
+    ) -> f64 {
+        self.solve(disc, residual, delta);
+        let largest = |v: &[f64]| v.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let mut carried = Residual::zero(disc);
+        let (mut left, mut correction) = (residual.clone(), vec![0.0; delta.len()]);
+        let mut change = f64::INFINITY;
+        for _ in 0..REFINEMENTS {
+            let along: Vec<Dual<1>> = z.iter().zip(&*delta).map(|(&re, &du)| Dual { re, du: [du] }).collect();
+            super::assembly::residual(problem, disc, &along, &mut carried);
+            left.combine(residual, &carried);
+            self.solve(disc, &left, &mut correction);
+            let next = largest(&correction) / largest(delta).max(f64::MIN_POSITIVE);
+            if !(next < 0.5 * change) {
+                break; // the rounding floor, or factors of too different a state
+            }
+            delta.iter_mut().zip(&correction).for_each(|(a, b)| *a += b);
+            change = next;
+            if change < 1e-13 {
+                break;
+            }
+        }
+        change
+    }
+
+    /// The solution of (Jacobian) delta = -residual, with the Jacobian that was factorised.
     pub fn solve(&self, disc: &Discretization, residual: &Residual, delta: &mut [f64]) {
         let layout = &disc.layout;
         let size = layout.slots();
@@ -190,8 +273,7 @@ impl Linearization {
         let mut kept: Vec<Vec<f64>> = Vec::with_capacity(self.chains.len());
         for (s, chain) in self.chains.iter().enumerate() {
             let (n, q) = (layout.segments[s].states, layout.segments[s].coupled);
-            let jumps = residual.jumps.get(s).map(Vec::as_slice);
-            let (last, sums, e) = chain.reduce(disc, s, &residual.stages[s], jumps, &residual.quadratures[s]);
+            let (last, sums, e) = chain.reduce(disc, s, residual);
             rhs[row..row + n].copy_from_slice(&last);
             rhs[row + n..row + n + q].copy_from_slice(&sums);
             row += n + q;
@@ -344,7 +426,9 @@ impl Chain {
                         adjoint[at + n + b] = h
                             * h
                             * (0..k)
-                                .map(|j| gauss.weights[j] * gauss.integrate[j * k + l] * gradients[(j * q + b) * width + c])
+                                .map(|j| {
+                                    gauss.weights[j] * gauss.integrate[j * k + l] * gradients[(j * q + b) * width + c]
+                                })
                                 .sum::<f64>();
                     }
                 }
@@ -474,14 +558,8 @@ impl Chain {
     }
 
     /// Carries right-hand sides through the elimination: the last relation, the quadratures, and the kept rows of each step.
-    fn reduce(
-        &self,
-        disc: &Discretization,
-        s: usize,
-        stages: &[f64],
-        jumps: Option<&[f64]>,
-        quadratures: &[f64],
-    ) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+    fn reduce(&self, disc: &Discretization, s: usize, residual: &Residual) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+        let (stages, jumps, quadratures) = (&residual.stages[s], &residual.jumps[s], &residual.quadratures[s]);
         let segment = &disc.layout.segments[s];
         let (n, q, k) = (segment.states, segment.coupled, disc.gauss.stages());
         let (kn, out) = (k * n, n + q);
@@ -500,10 +578,8 @@ impl Chain {
                     c[b] -= adjoint[r * out + b] * v;
                 }
             }
-            if let Some(jumps) = jumps {
-                for b in 0..n {
-                    c[b] += jumps[i * n + b];
-                }
+            for b in 0..n {
+                c[b] += jumps[i * n + b];
             }
             for b in 0..q {
                 sums[b] += c[n + b];

@@ -168,7 +168,12 @@ mod tests {
         assert!(lu(&mut f, n, &mut p));
         let mut b: Vec<f64> = (0..n).map(|i| (0..n).map(|j| a[i * n + j] * x[j]).sum()).collect();
         lu_solve(&f, n, &p, &mut b);
-        let mut t: Vec<f64> = (0..n).flat_map(|i| { let s: f64 = (0..n).map(|j| a[j * n + i] * x[j]).sum(); [s, -s] }).collect();
+        let mut t: Vec<f64> = (0..n)
+            .flat_map(|i| {
+                let s: f64 = (0..n).map(|j| a[j * n + i] * x[j]).sum();
+                [s, -s]
+            })
+            .collect();
         lu_solve_transposed(&f, n, &p, &mut t, 2);
         for i in 0..n {
             assert!((b[i] - x[i]).abs() < 1e-12);

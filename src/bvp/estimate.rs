@@ -29,13 +29,6 @@ pub struct Estimate {
     pub local: Vec<Vec<f64>>,
 }
 
-/// How far an estimate can be trusted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
-    /// Largest local error of any interval.
-    pub local: f64,
-}
-
 impl Estimate {
     /// Estimates the error of `z`, a solution on `disc`, with factors that were taken near it.
     pub fn new<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], factors: &Linearization) -> Self {
@@ -46,7 +39,6 @@ impl Estimate {
         let mut rhs = Residual::default();
         super::assembly::residual(problem, disc, z, &mut rhs);
         let (mut defects, mut local) = (vec![], vec![]);
-        rhs.jumps = vec![vec![]; layout.segments.len()];
         for (s, segment) in layout.segments.iter().enumerate() {
             let (n, q) = (segment.states, segment.coupled + segment.reported);
             let p: Vec<f64> = segment.parameters.iter().map(|&i| globals[i]).collect();
@@ -85,7 +77,8 @@ impl Estimate {
                 }
                 sizes.push(size);
                 for c in 0..n {
-                    rhs.jumps[s].push(h * (0..m).map(|j| gauss.fine_weights[j] * defect[j * n + c]).sum::<f64>());
+                    rhs.jumps[s][i * n + c] +=
+                        h * (0..m).map(|j| gauss.fine_weights[j] * defect[j * n + c]).sum::<f64>();
                 }
                 for j in 0..k {
                     for c in 0..n {
@@ -112,13 +105,13 @@ impl Estimate {
             local.push(sizes);
         }
         let mut delta = vec![0.0; disc.unknowns()];
-        factors.solve(disc, &rhs, &mut delta);
+        factors.solve_refined(problem, disc, z, &rhs, &mut delta);
         Estimate { delta, quadratures: defects, local }
     }
 
-    /// How far the estimate can be trusted.
-    pub fn reach(&self) -> Reach {
-        Reach { local: self.local.iter().flatten().fold(0.0, |a, &b| if b > a || b.is_nan() { b } else { a }) }
+    /// Largest local error of any interval: the estimate is to be trusted where this is small.
+    pub fn largest_local(&self) -> f64 {
+        self.local.iter().flatten().fold(0.0, |a, &b| if b > a || b.is_nan() { b } else { a })
     }
 }
 
@@ -160,4 +153,48 @@ pub fn quadratures_along<P: Problem, S: Scalar>(
 
 fn quadratures<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], segment: usize, out: &mut [f64]) {
     quadratures_along(problem, disc, &|i| z[i], segment, out);
+}
+
+/// What rounding does to a solution: the response of every unknown to errors of the size of one rounding in each equation, with
+/// signs from a fixed sequence.
+pub fn rounding<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], factors: &Linearization) -> State {
+    let layout = &disc.layout;
+    let k = disc.gauss.stages();
+    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut sign = move || {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        if seed >> 63 == 0 { 1.0 } else { -1.0 }
+    };
+    let mut rhs = Residual::default();
+    for (s, segment) in layout.segments.iter().enumerate() {
+        let n = segment.states;
+        let (mut stages, mut jumps) = (vec![], vec![]);
+        for i in 0..disc.intervals(s) {
+            let (h, x0) = (disc.width(s, i), disc.meshes[s][i]);
+            for j in 0..k {
+                let noise = problem.noise(s, x0 + h * disc.gauss.nodes[j]);
+                let slopes = &z[disc.k(s, i) + j * n..disc.k(s, i) + (j + 1) * n];
+                stages.extend(slopes.iter().map(|v| sign() * (noise + f64::EPSILON * v.abs())));
+            }
+            let y = &z[disc.y(s, i + 1)..disc.y(s, i + 1) + n];
+            jumps.extend(y.iter().map(|v| sign() * f64::EPSILON * v.abs()));
+        }
+        rhs.stages.push(stages);
+        rhs.jumps.push(jumps);
+        let q = &z[disc.q(s)..disc.q(s) + segment.coupled];
+        rhs.quadratures.push(q.iter().map(|v| sign() * f64::EPSILON * v.abs()).collect());
+    }
+    // A condition rounds each of its terms.
+    let size = layout.slots();
+    let rows = factors.matrix.chunks_exact(size).skip(size - layout.conditions());
+    let index = disc.slot_index();
+    rhs.conditions = rows
+        .map(|row| {
+            let terms: f64 = row.iter().zip(&index).map(|(a, &i)| (a * z[i]).abs()).sum();
+            sign() * f64::EPSILON * terms
+        })
+        .collect();
+    let mut delta = vec![0.0; disc.unknowns()];
+    factors.solve(disc, &rhs, &mut delta);
+    delta
 }

@@ -182,7 +182,10 @@ mod tests {
             assert!((s - p(g.fine_nodes[j])).abs() < 1e-14);
         }
         // The next Legendre polynomial is orthogonal to all of lower degree: its projection vanishes, its values do not.
-        let p5 = |x: f64| { let t = 2.0 * x - 1.0; (63.0 * t.powi(5) - 70.0 * t.powi(3) + 15.0 * t) / 8.0 };
+        let p5 = |x: f64| {
+            let t = 2.0 * x - 1.0;
+            (63.0 * t.powi(5) - 70.0 * t.powi(3) + 15.0 * t) / 8.0
+        };
         for j in 0..k {
             let s: f64 = (0..m).map(|l| g.project[j * m + l] * p5(g.fine_nodes[l])).sum();
             assert!(s.abs() < 1e-13);

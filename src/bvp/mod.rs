@@ -21,6 +21,7 @@ mod dense;
 mod discretization;
 mod estimate;
 mod gauss;
+mod local;
 mod newton;
 mod refine;
 #[cfg(test)]
@@ -28,10 +29,11 @@ mod textbook;
 
 pub use assembly::{Linearization, Residual, Singular, residual};
 pub use discretization::{Discretization, State};
-pub use estimate::{Estimate, Reach};
-pub use gauss::Gauss;
-pub use newton::{Effort, Failure, Newton};
 pub use estimate::quadratures_along;
+pub use estimate::{Estimate, rounding};
+pub use gauss::Gauss;
+pub use local::value_at;
+pub use newton::{Effort, Failure, Newton};
 pub use refine::{equidistribute, uniform};
 
 use crate::scalar::Scalar;
@@ -115,6 +117,11 @@ pub trait Problem {
     /// The magnitude against which a change of state `i` of a segment is measured (Newton, mesh); 1 for logarithms and angles.
     fn state_scale(&self, _segment: usize, _state: usize) -> f64 {
         1.0
+    }
+
+    /// The rounding error that one evaluation of f makes at `x`: the size of the terms that cancel in it, times the machine epsilon.
+    fn noise(&self, _segment: usize, _x: f64) -> f64 {
+        f64::EPSILON
     }
 
     /// The magnitude against which a change of global `i` is measured, given its value.

@@ -185,8 +185,8 @@ impl Newton {
     }
 }
 
-pub(super) fn finite(r: &Residual) -> bool {
-    r.stages.iter().flatten().chain(r.quadratures.iter().flatten()).chain(&r.conditions).all(|v| v.is_finite())
+fn finite(r: &Residual) -> bool {
+    r.iter().all(|v| v.is_finite())
 }
 
 /// The largest change among mesh values and globals, relative to the scales of the problem.

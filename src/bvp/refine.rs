@@ -18,9 +18,7 @@ pub fn equidistribute(disc: &Discretization, estimate: &Estimate, factor: f64, l
         .local
         .iter()
         .enumerate()
-        .map(|(s, sizes)| {
-            sizes.iter().enumerate().map(|(i, e)| e.max(1e-15).powf(power) / disc.width(s, i)).collect()
-        })
+        .map(|(s, sizes)| sizes.iter().enumerate().map(|(i, e)| e.max(1e-15).powf(power) / disc.width(s, i)).collect())
         .collect();
     let mass = |s: usize, d: &[f64]| d.iter().enumerate().map(|(i, d)| d * disc.width(s, i)).sum::<f64>();
     let masses: Vec<f64> = densities.iter().enumerate().map(|(s, d)| mass(s, d)).collect();

@@ -37,10 +37,8 @@ struct Bratu {
 
 impl Bratu {
     fn new(lambda: Option<f64>, slope: f64) -> Self {
-        let layout = Layout {
-            segments: vec![Segment { states: 2, coupled: 0, reported: 1, parameters: vec![0] }],
-            globals: 1,
-        };
+        let layout =
+            Layout { segments: vec![Segment { states: 2, coupled: 0, reported: 1, parameters: vec![0] }], globals: 1 };
         Bratu { slots: vec![vec![0], vec![2], vec![1, 4]], layout, lambda, slope }
     }
 
@@ -143,10 +141,8 @@ impl Problem for Wright {
 
 #[test]
 fn wrights_problem_stays_accurate_where_row_pivoted_lu_fails() {
-    let layout = Layout {
-        segments: vec![Segment { states: 2, coupled: 0, reported: 0, parameters: vec![] }],
-        globals: 0,
-    };
+    let layout =
+        Layout { segments: vec![Segment { states: 2, coupled: 0, reported: 0, parameters: vec![] }], globals: 0 };
     let w = Wright { layout, slots: vec![vec![0, 2], vec![1, 3]], length: 60.0 };
     let (disc, z, factors, _) = solve(&w, 4, vec![uniform(200)], &[], |_, _, y| y.fill(0.0)).unwrap();
     let worst = (0..=200).fold(0.0_f64, |a, i| {
@@ -197,10 +193,8 @@ impl Problem for Shock {
 
 #[test]
 fn a_shock_layer_is_found_by_the_mesh() {
-    let layout = Layout {
-        segments: vec![Segment { states: 2, coupled: 0, reported: 0, parameters: vec![] }],
-        globals: 0,
-    };
+    let layout =
+        Layout { segments: vec![Segment { states: 2, coupled: 0, reported: 0, parameters: vec![] }], globals: 0 };
     let shock = Shock { layout, slots: vec![vec![0], vec![2]], eps: 1e-4 };
     // The layer has width sqrt(eps) around the middle: y(1/2) = 1 + 0 in t = 0, and y'(t = 0) = sqrt(2/(pi eps)).
     let mut meshes = vec![uniform(40)];
@@ -331,10 +325,8 @@ impl Problem for Emden {
 #[test]
 fn a_regular_singular_point_keeps_the_full_order() {
     let run = |n: usize, k: usize| {
-        let layout = Layout {
-            segments: vec![Segment { states: 2, coupled: 0, reported: 0, parameters: vec![] }],
-            globals: 0,
-        };
+        let layout =
+            Layout { segments: vec![Segment { states: 2, coupled: 0, reported: 0, parameters: vec![] }], globals: 0 };
         let emden = Emden { layout, slots: vec![vec![1], vec![2]] };
         let (disc, z, factors, _) = solve(&emden, k, vec![uniform(n)], &[], |_, _, y| {
             y[0] = 0.9;

@@ -11,6 +11,7 @@
 //! and the mirror images `ToPole`, `ToTip`. The pole itself is a mesh point (x = 0 or 1), with no cut-off: Gauss nodes never lie
 //! there, and the solution is a regular function of x.
 
+use super::Side;
 use crate::scalar::Scalar;
 use std::f64::consts::PI;
 
@@ -47,6 +48,15 @@ pub enum Coordinate {
 }
 
 impl Coordinate {
+    /// True where that end is a pole, not a tip and not a place.
+    pub fn is_pole(&self, side: Side) -> bool {
+        matches!(
+            (self, side),
+            (Coordinate::FromPole(_) | Coordinate::PoleToPole, Side::Start)
+                | (Coordinate::ToPole(_) | Coordinate::PoleToPole, Side::End)
+        )
+    }
+
     /// eta and d eta/dx at `x`, with `a` and `b` the eta of the two ends (unused where that end is a pole).
     #[inline(always)]
     pub fn at<S: Scalar>(&self, x: f64, a: S, b: S) -> (S, S) {
@@ -70,7 +80,9 @@ mod tests {
     #[test]
     fn slopes_are_derivatives_and_ends_are_met() {
         use Coordinate::*;
-        for c in [Between, FromPole(1.0), FromPole(2.0), ToPole(1.0), ToPole(2.0), FromTip(20.0), ToTip(20.0), PoleToPole] {
+        for c in
+            [Between, FromPole(1.0), FromPole(2.0), ToPole(1.0), ToPole(2.0), FromTip(20.0), ToTip(20.0), PoleToPole]
+        {
             let at = |x: f64| c.at(x, -0.4, 0.9).0;
             assert_relative_eq!((at(0.3 + 1e-5) - at(0.3 - 1e-5)) / 2e-5, c.at(0.3, -0.4, 0.9).1, max_relative = 1e-8);
             match c {

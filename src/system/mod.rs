@@ -23,9 +23,9 @@ use crate::physics::material::Law;
 use crate::physics::reference::Sphere;
 use crate::scalar::Scalar;
 
-/// A condition: a formula over probes that must vanish.
+/// A formula over probes. As a condition it must vanish.
 #[derive(Clone, Debug)]
-pub struct Condition {
+pub struct Formula {
     tape: Tape,
     probes: Vec<Probe>,
     slots: Vec<usize>,
@@ -37,7 +37,7 @@ pub enum Closing {
     /// A condition (a quantity) has a value.
     Value {
         /// The quantity.
-        of: Condition,
+        of: Formula,
         /// Its value.
         target: f64,
     },
@@ -62,7 +62,7 @@ pub struct System {
     /// The pieces of the meridian, from the top.
     pub pieces: Vec<Piece>,
     /// The conditions, all but the closing one.
-    pub conditions: Vec<Condition>,
+    pub conditions: Vec<Formula>,
     /// The closing condition.
     pub closing: Closing,
     layout: Layout,
@@ -85,28 +85,38 @@ impl System {
         System { reference, law, pieces, conditions: vec![], closing, layout }
     }
 
-    /// A condition from a tape with one output over `probes`.
-    pub fn condition(&self, tape: Tape, probes: Vec<Probe>) -> Condition {
+    /// A formula from a tape with one output over `probes`.
+    pub fn formula(&self, tape: Tape, probes: Vec<Probe>) -> Formula {
         let mut slots: Vec<usize> = vec![];
         for &i in tape.inputs() {
             probes[i].slots(self, &mut slots);
         }
         slots.sort_unstable();
         slots.dedup();
-        Condition { tape, probes, slots }
+        Formula { tape, probes, slots }
     }
 }
 
-impl Condition {
+impl Formula {
     /// The value of the formula, given the value of each slot.
     pub fn value<S: Scalar>(&self, system: &System, slot: &impl Fn(usize) -> S) -> S {
+        self.with(|probe| probe.value(system, slot))
+    }
+
+    /// The value of the formula, given the value of each probe that it uses.
+    pub fn with<S: Scalar>(&self, mut probe: impl FnMut(&Probe) -> S) -> S {
         let mut inputs = vec![S::from(0.0); self.probes.len()];
         for &i in self.tape.inputs() {
-            inputs[i] = self.probes[i].value(system, slot);
+            inputs[i] = probe(&self.probes[i]);
         }
         let (mut work, mut out) = (vec![], [S::from(0.0)]);
         self.tape.eval(&inputs, &mut work, &mut out);
         out[0]
+    }
+
+    /// The probes it uses.
+    pub fn probes(&self) -> impl Iterator<Item = &Probe> {
+        self.tape.inputs().iter().map(|&i| &self.probes[i])
     }
 
     /// The slots it depends on.
@@ -134,7 +144,7 @@ impl Problem for System {
     }
 
     fn condition<S: Scalar>(&self, i: usize, slots: &[S]) -> S {
-        let value = |c: &Condition| {
+        let value = |c: &Formula| {
             c.value(self, &|slot| {
                 let at = c.slots.iter().position(|&s| s == slot).expect("a condition asks for its own slots");
                 slots[at]
@@ -147,6 +157,12 @@ impl Problem for System {
                 slots.iter().zip(direction).fold(S::from(-target), |sum, (s, d)| sum + *s * *d)
             }
         }
+    }
+
+    fn noise(&self, segment: usize, x: f64) -> f64 {
+        // The terms of (1) to (3) of the membrane are of order 1 in eta.
+        let (a, b) = (-1.0, 1.0);
+        f64::EPSILON * self.pieces[segment].coordinate.at(x, a, b).1.abs().max(1.0)
     }
 
     fn global_scale(&self, _: usize, value: f64) -> f64 {

@@ -140,6 +140,12 @@ impl Piece {
         (a, b, rest)
     }
 
+    /// The eta of both ends, given the parameters; poles have 0, which nothing uses.
+    pub fn places<S: Scalar>(&self, p: &[S]) -> (S, S) {
+        let (a, b, _) = self.ends(p);
+        (a, b)
+    }
+
     /// The membrane at a state of this piece.
     #[inline(always)]
     pub fn local<S: Scalar>(&self, reference: &Sphere, law: &Law, eta: S, y: &[S]) -> Local<S> {

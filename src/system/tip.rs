@@ -60,10 +60,8 @@ pub fn coefficient<S: Scalar>(cos: f64, eta: S, ln_lambda: S) -> Option<S> {
     if v < 1e-18 {
         return Some(start);
     }
-    let layout = Layout {
-        segments: vec![Segment { states: 1, coupled: 0, reported: 1, parameters: vec![] }],
-        globals: 0,
-    };
+    let layout =
+        Layout { segments: vec![Segment { states: 1, coupled: 0, reported: 1, parameters: vec![] }], globals: 0 };
     let problem = Manifold { layout, cos, v };
     let disc = Discretization::new(problem.layout.clone(), Arc::new(Gauss::new(7)), vec![uniform(6)]);
     let mut z = disc.sample(&[], |_, _, y| y[0] = 1.0);

@@ -93,17 +93,17 @@ impl Law {
         }
     }
 
+    /// True for the law whose behaviour at a cone's tip is a pure power.
+    pub fn is_neo_hookean(&self) -> bool {
+        matches!(self, Law::NeoHookean(_))
+    }
+
     /// The small-strain moduli in the reference state.
     pub fn moduli(&self) -> Moduli {
         let [_, _, _, ll, lm, ..] = self.energy(Jet::x(1.0), Jet::y(1.0)).derivatives();
         // Isotropic plane stress: w_ll = E/(1 - nu^2), w_lm = nu E/(1 - nu^2).
         let poisson = lm / ll;
-        Moduli {
-            shear: 0.5 * (ll - lm),
-            area: 0.5 * (ll + lm),
-            young: ll * (1.0 - poisson * poisson),
-            poisson,
-        }
+        Moduli { shear: 0.5 * (ll - lm), area: 0.5 * (ll + lm), young: ll * (1.0 - poisson * poisson), poisson }
     }
 }
 

@@ -75,6 +75,8 @@ pub struct Face {
     pub surface: Surface,
     /// The side.
     pub facing: Facing,
+    /// Factor on all depths: 1 is the surface itself, 0 a plane. A first contact is found on the plane and raised from there.
+    pub rise: f64,
 }
 
 impl Face {
@@ -84,7 +86,7 @@ impl Face {
     /// inwards, h = apex + d(u), tau = pi + atan d'.
     #[inline(always)]
     pub fn tangent<S: Scalar>(&self, u: S) -> S {
-        let angle = self.surface.slope(u).atan();
+        let angle = (self.surface.slope(u) * self.rise).atan();
         match self.facing {
             Facing::Down => -angle,
             Facing::Up => angle + PI,
@@ -94,14 +96,14 @@ impl Face {
     /// Position below the apex at radius u: h - h(apex).
     pub fn drop<S: Scalar>(&self, u: S) -> S {
         match self.facing {
-            Facing::Down => -self.surface.depth(u),
-            Facing::Up => self.surface.depth(u),
+            Facing::Down => -(self.surface.depth(u) * self.rise),
+            Facing::Up => self.surface.depth(u) * self.rise,
         }
     }
 
     /// Integral of pi u^2 dh along the walk from radius `from` to radius `to`.
     pub fn swept_volume<S: Scalar>(&self, from: S, to: S) -> S {
-        let v = self.surface.volume(to) - self.surface.volume(from);
+        let v = (self.surface.volume(to) - self.surface.volume(from)) * self.rise;
         match self.facing {
             Facing::Down => -v,
             Facing::Up => v,
@@ -110,7 +112,7 @@ impl Face {
 
     /// The inclination at the axis, in radians; not zero on a tip.
     pub fn tip_inclination(&self) -> f64 {
-        self.surface.slope(0.0_f64).atan()
+        (self.surface.slope(0.0_f64) * self.rise).atan()
     }
 }
 

@@ -1,0 +1,163 @@
+//! The first state of a branch, without a guess from the user.
+//!
+//! The initial state is known in closed form, but a listed contact has size zero there, which is no state of the equations. So the
+//! first state has a small contact: the bodies are flattened to planes, the membrane is the inflated sphere with a small flat on
+//! it, and the radius of the first contact is prescribed instead of the control. From there the bodies rise to their shapes.
+
+use super::state::{self, Halt, Work};
+use crate::bvp::{Discretization, Gauss, Problem, uniform};
+use crate::model::Model;
+use crate::physics::surface::Facing;
+use crate::solution::Solution;
+use crate::system::{Closing, Coordinate, Field, Formula, Kind, Place, Probe, Side, System};
+use std::sync::Arc;
+
+/// Stages of the collocation.
+const STAGES: usize = 5;
+/// Radius of the first contact, in radii of the inflated sphere.
+const FIRST_CONTACT: f64 = 0.1;
+/// Stretch of the first state of a membrane that starts without load.
+const FIRST_STRETCH: f64 = 1.02;
+
+/// The formula that is one probe.
+fn single(system: &System, probe: Probe) -> Formula {
+    let mut builder = crate::expr::Builder::new();
+    let node = builder.input(0);
+    builder.output(node);
+    system.formula(builder.finish(), vec![probe])
+}
+
+/// The initial state itself, sampled on a mesh: every place at `eta_c` from the pole it belongs to.
+pub(super) fn sample(model: &Model, stretch: f64, contact: f64) -> (Arc<Discretization>, Vec<f64>) {
+    let system = &model.system;
+    let sphere = model.initial.at(stretch);
+    let meshes = system
+        .pieces
+        .iter()
+        .map(|p| match p.coordinate {
+            Coordinate::FromTip(_) | Coordinate::ToTip(_) => uniform(8),
+            Coordinate::Between => uniform(8),
+            Coordinate::FromPole(order) | Coordinate::ToPole(order) if order > 1.0 => uniform(2),
+            _ => uniform(5),
+        })
+        .collect();
+    let disc = Discretization::new(system.layout().clone(), Arc::new(Gauss::new(STAGES)), meshes);
+    let mut globals = model.initial_globals.clone();
+    let eta_c = (0.5 * contact.asin()).tan().ln();
+    for piece in &system.pieces {
+        if let Kind::Contact(_) = piece.kind {
+            if let Place::Unknown(g) = piece.to {
+                globals[g] = eta_c;
+            }
+            if let Place::Unknown(g) = piece.from {
+                globals[g] = -eta_c;
+            }
+        }
+    }
+    if let Some(p) = model.fluid_pressure {
+        globals[p] = sphere.pressure;
+    }
+    let reference = &system.reference;
+    let mut z = disc.sample(&globals, |s, x, y| {
+        let piece = &system.pieces[s];
+        let p: Vec<f64> = piece.parameters().iter().map(|&g| globals[g]).collect();
+        let (a, b) = piece.places(&p);
+        let eta = piece.coordinate.at(x.clamp(0.0, 1.0), a, b).0;
+        y[0] = stretch.ln();
+        y[1] = stretch.ln();
+        if let Kind::Free = piece.kind {
+            y[2] = reference.phi(eta);
+        }
+    });
+    // The quadratures of a sphere, so that the first residual is small.
+    for (s, piece) in system.pieces.iter().enumerate() {
+        if let Kind::Free = piece.kind {
+            let mut q = [0.0; 2];
+            crate::bvp::quadratures_along(system, &disc, &|i| z[i], s, &mut q);
+            let at = disc.q(s);
+            z[at..at + 2].copy_from_slice(&q);
+        }
+    }
+    (Arc::new(disc), z)
+}
+
+/// The first state: a small contact, or a small inflation where there is no contact.
+///
+/// # Errors
+/// [`Halt`] of the last attempt.
+pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
+    let mut system = model.system.clone();
+    let contact = system.pieces.iter().position(|p| matches!(p.kind, Kind::Contact(_)));
+    let Some(contact) = contact else {
+        let stretch = if model.initial.stretch == 1.0 { FIRST_STRETCH } else { model.initial.stretch };
+        let (mut disc, mut z) = sample(model, stretch, FIRST_CONTACT);
+        let index = disc.slot_index();
+        if let Closing::Value { of, target } = &mut system.closing {
+            // The control where the sample has it: nothing is prescribed that the sample does not nearly satisfy.
+            let of = of.clone();
+            *target = of.value(&model.system, &|slot| z[index[slot]]);
+        }
+        return state::solve(model, &system, &mut disc, &mut z, work);
+    };
+    let (mut disc, mut z) = sample(model, model.initial.stretch, FIRST_CONTACT);
+    let side = match system.pieces[contact].to {
+        Place::Unknown(_) => Side::End,
+        _ => Side::Start,
+    };
+    let steepest = system
+        .pieces
+        .iter()
+        .filter_map(|p| if let Kind::Contact(face) = &p.kind { Some(face.tip_inclination()) } else { None })
+        .fold(0.0_f64, f64::max);
+    system.closing = Closing::Value {
+        of: single(&system, Probe::End(contact, side, Field::U)),
+        target: FIRST_CONTACT * steepest.cos() * model.initial.radius,
+    };
+    let newton = state::newton(1e-6);
+    let raise = |system: &mut System, rise: f64| {
+        for piece in &mut system.pieces {
+            if let Kind::Contact(face) = &mut piece.kind {
+                face.rise = rise;
+            }
+        }
+    };
+    let fail = |failure, system: &System, disc: &Discretization, z: &[f64]| {
+        let _ = (system, disc, z);
+        Halt::Newton { failure, worst: vec!["while the first contact was sought".into()] }
+    };
+    raise(&mut system, 0.0);
+    newton.solve(&system, &disc, &mut z, &mut None, &mut work.effort).map_err(|f| fail(f, &system, &disc, &z))?;
+    // Rise of the bodies: as large a step as Newton takes, and the mesh follows.
+    let (mut done, mut step) = (0.0, 1.0_f64);
+    if steepest > 0.0 {
+        while done < 1.0 {
+            let next = (done + step).min(1.0);
+            raise(&mut system, next);
+            let mut trial = z.clone();
+            let mut kept = None;
+            match newton.solve(&system, &disc, &mut trial, &mut kept, &mut work.effort) {
+                Ok(()) => {
+                    z = trial;
+                    done = next;
+                    step *= 1.5;
+                    if let Some(factors) = kept {
+                        let estimate = crate::bvp::Estimate::new(&system, &disc, &z, &factors);
+                        let meshes = crate::bvp::equidistribute(&disc, &estimate, 1.0, 2);
+                        let better = Discretization::new(disc.layout.clone(), disc.gauss.clone(), meshes);
+                        z = disc.transfer(&z, &better);
+                        disc = Arc::new(better);
+                    }
+                }
+                Err(f) => {
+                    step *= 0.5;
+                    if step < 1e-3 {
+                        return Err(fail(f, &system, &disc, &z));
+                    }
+                }
+            }
+        }
+    }
+    raise(&mut system, 1.0);
+    let _ = Facing::Down;
+    state::solve(model, &system, &mut disc, &mut z, work)
+}

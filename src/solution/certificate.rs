@@ -1,0 +1,246 @@
+//! What proves a state: first integrals, balance of forces, virtual work, admissibility.
+
+use super::{Carried, TANGENT, View};
+use crate::model::Model;
+use crate::physics::surface::Facing;
+use crate::scalar::Scalar;
+use crate::system::{Kind, Side};
+use std::f64::consts::PI;
+
+/// Independent checks of a state; numbers are relative mismatches.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Certificate {
+    /// Spread of 2 pi rho0 w_l sin tau - pi u^2 p along free pieces.
+    pub first_integral: f64,
+    /// Contact pressure integrated over each face against the balance of that patch.
+    pub force_balance: f64,
+    /// Derivative of the energy along the branch against the work of bodies and pressure.
+    pub virtual_work: f64,
+    /// Worst mismatch of the identities that the file declares.
+    pub identities: f64,
+    /// Everything that makes the state inadmissible: the condition and the place.
+    pub violations: Vec<String>,
+}
+
+/// Relative size below which a tension, pressure or gap of the wrong sign is rounding.
+const TOLERANCE: f64 = 1e-9;
+/// A mismatch of an identity above this is a violation.
+const IDENTITY: f64 = 1e-6;
+
+impl Certificate {
+    /// Checks a state.
+    pub fn new(model: &Model, view: &View) -> Self {
+        let mut c = Certificate::default();
+        c.first_integrals(model, view);
+        c.forces(model, view);
+        c.work(model, view);
+        for (name, lhs, rhs) in &model.identities {
+            if let (Some(l), Some(r)) = (view.value(lhs), view.value(rhs)) {
+                let scale = l.re.abs().max(r.re.abs());
+                let mismatch = if scale > 0.0 { (l.re - r.re).abs() / scale } else { 0.0 };
+                c.identities = c.identities.max(mismatch);
+                if mismatch > IDENTITY {
+                    c.violations.push(format!("identity `{name}` misses by {mismatch:.1e}"));
+                }
+            }
+        }
+        c.admissible(model, view);
+        c
+    }
+
+    /// True where nothing is violated.
+    pub fn is_admissible(&self) -> bool {
+        self.violations.is_empty()
+    }
+
+    fn first_integrals(&mut self, model: &Model, view: &View) {
+        for (s, piece) in model.system.pieces.iter().enumerate() {
+            if !matches!(piece.kind, Kind::Free) {
+                continue;
+            }
+            let p = piece.pressure.value(&|g| view.global(g)).re;
+            let (mut low, mut high, mut size) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+            for (_, m) in mesh_points(model, view, s) {
+                let (pull, push) = (2.0 * PI * m.rho0 * m.w_l * m.sin, PI * m.u * m.u * p);
+                low = low.min(pull - push);
+                high = high.max(pull - push);
+                size = size.max(pull.abs()).max(push.abs());
+            }
+            if size > 0.0 {
+                self.first_integral = self.first_integral.max((high - low) / size);
+            }
+        }
+    }
+
+    fn forces(&mut self, model: &Model, view: &View) {
+        for (s, piece) in model.system.pieces.iter().enumerate() {
+            let Kind::Contact(_) = &piece.kind else { continue };
+            let p = piece.pressure.value(&|g| view.global(g)).re;
+            let mut balance = 0.0;
+            let mut size = 0.0_f64;
+            for (side, sign) in [(Side::Start, -1.0), (Side::End, 1.0)] {
+                let inner = matches!(
+                    (piece.coordinate, side),
+                    (crate::system::Coordinate::FromTip(_), Side::Start)
+                        | (crate::system::Coordinate::ToTip(_), Side::End)
+                );
+                if let Some(m) = view.end(s, side).filter(|_| !inner) {
+                    let u = m.u().re;
+                    let (push, pull) = (PI * u * u * p, 2.0 * PI * m.rho0.re * m.response.w_l.re * m.sin.re);
+                    balance += sign * (push - pull);
+                    size = size.max(push.abs()).max(pull.abs());
+                }
+            }
+            let integrated = view.reported(s, 2).re;
+            if size > 0.0 {
+                self.force_balance = self.force_balance.max((integrated - balance).abs() / size);
+            }
+        }
+    }
+
+    /// dE = sum over bodies of force times displacement + p dV, per image, along the tangent.
+    fn work(&mut self, model: &Model, view: &View) {
+        let along = |v: Carried| v.du[TANGENT];
+        let energy: f64 = (0..model.system.pieces.len()).map(|s| along(view.reported(s, 0))).sum();
+        let mut work = 0.0;
+        let mut size = energy.abs();
+        for body in &model.bodies {
+            let Some(h) = view.value(&body.h) else { continue };
+            let push: f64 = body.pieces.iter().map(|&s| view.reported(s, 2).re).sum();
+            work += push * along(h);
+            size += (push * along(h)).abs();
+        }
+        for (s, piece) in model.system.pieces.iter().enumerate() {
+            let p = piece.pressure.value(&|g| view.global(g)).re;
+            let volume = match &piece.kind {
+                Kind::Free => crate::system::Probe::Quadrature(s, 1),
+                Kind::Contact(_) => crate::system::Probe::SweptVolume(s),
+            };
+            let v = volume.value(&model.system, &|slot| view.slot(slot));
+            work += p * along(v);
+            size += (p * along(v)).abs();
+        }
+        self.virtual_work = if size > 0.0 { (energy - work).abs() / size } else { 0.0 };
+    }
+
+    fn admissible(&mut self, model: &Model, view: &View) {
+        let mut worst: Vec<(String, f64, String)> = vec![];
+        let mut note = |what: &str, name: &str, phi: f64, value: f64| {
+            let key = format!("{what} on {name}");
+            match worst.iter_mut().find(|w| w.0 == key) {
+                Some(w) if value < w.1 => (w.1, w.2) = (value, format!("phi = {phi:.4}")),
+                Some(_) => {}
+                None => worst.push((key, value, format!("phi = {phi:.4}"))),
+            }
+        };
+        for (s, piece) in model.system.pieces.iter().enumerate() {
+            let p = piece.pressure.value(&|g| view.global(g)).re;
+            for (i, m) in mesh_points(model, view, s) {
+                let scale = m.w_l.abs().max(m.w_m.abs());
+                if m.w_l < -TOLERANCE * scale {
+                    note("meridional tension < 0", &piece.name, m.phi, m.w_l);
+                }
+                if m.w_m < -TOLERANCE * scale {
+                    note("hoop tension < 0", &piece.name, m.phi, m.w_m);
+                }
+                match &piece.kind {
+                    Kind::Contact(_) => {
+                        let p_c = if m.rho0 > 0.0 { p - m.w_m * m.sin / (m.rho0 * m.lambda * m.mu) } else { p };
+                        if p_c < -TOLERANCE * p.abs().max(p_c.abs()) {
+                            note("contact pressure < 0", &piece.name, m.phi, p_c);
+                        }
+                    }
+                    Kind::Free => {
+                        let Some(h) = view.value(&model.heights[s]).map(|h| h.re + fall(model, view, s, i)) else {
+                            continue;
+                        };
+                        for body in &model.bodies {
+                            let Some(apex) = view.value(&body.h) else { continue };
+                            let face = apex.re + body.face.drop(m.u);
+                            let gap = match body.face.facing {
+                                Facing::Down => h - face,
+                                Facing::Up => face - h,
+                            };
+                            if gap < -1e-7 * model.initial.radius {
+                                note(&format!("runs through {}", body.name), &piece.name, m.phi, gap);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        self.violations
+            .extend(worst.into_iter().map(|(what, value, place)| format!("{what} ({value:.3e} at {place})")));
+    }
+}
+
+/// The axial way from the start of a piece to mesh point `i`.
+fn fall(model: &Model, view: &View, s: usize, i: usize) -> f64 {
+    let system = &model.system;
+    let piece = &system.pieces[s];
+    let disc = view.disc;
+    let (n, k) = (piece.kind.states(), disc.gauss.stages());
+    let p: Vec<f64> = piece.parameters().iter().map(|&g| view.global(g).re).collect();
+    let mut out = vec![0.0; n + piece.kind.coupled()];
+    let mut sum = 0.0;
+    for interval in 0..i {
+        let h = disc.width(s, interval);
+        let (y0, slopes) = (disc.y(s, interval), disc.k(s, interval));
+        for j in 0..k {
+            let y: Vec<f64> = (0..n)
+                .map(|c| {
+                    view.unknown(y0 + c).re
+                        + (0..k)
+                            .map(|l| h * disc.gauss.integrate[j * k + l] * view.unknown(slopes + l * n + c).re)
+                            .sum::<f64>()
+                })
+                .collect();
+            let x = disc.meshes[s][interval] + h * disc.gauss.nodes[j];
+            piece.flow(&system.reference, &system.law, x, &y, &p, &mut out);
+            sum += h * disc.gauss.weights[j] * out[n];
+        }
+    }
+    sum
+}
+
+/// The membrane at a mesh point, plain numbers.
+struct Plain {
+    phi: f64,
+    rho0: f64,
+    u: f64,
+    lambda: f64,
+    mu: f64,
+    sin: f64,
+    w_l: f64,
+    w_m: f64,
+}
+
+fn mesh_points(model: &Model, view: &View, s: usize) -> Vec<(usize, Plain)> {
+    let system = &model.system;
+    let piece = &system.pieces[s];
+    let p: Vec<f64> = piece.parameters().iter().map(|&g| view.global(g).re).collect();
+    let (a, b) = piece.places(&p);
+    let n = piece.kind.states();
+    (0..=view.disc.intervals(s))
+        .map(|i| {
+            let x = view.disc.meshes[s][i];
+            let y: Vec<f64> = (0..n).map(|c| view.unknown(view.disc.y(s, i) + c).re).collect();
+            let eta = piece.coordinate.at(x, a, b).0;
+            let m = piece.local(&system.reference, &system.law, eta, &y);
+            let r = m.response;
+            (
+                i,
+                Plain {
+                    phi: system.reference.phi(eta),
+                    rho0: m.rho0.value(),
+                    u: m.u(),
+                    lambda: m.lambda,
+                    mu: m.mu,
+                    sin: m.sin,
+                    w_l: r.w_l,
+                    w_m: r.w_m,
+                },
+            )
+        })
+        .collect()
+}

@@ -1,0 +1,123 @@
+//! A solved state: its quantities with their errors, and the certificate.
+//!
+//! Everything is read off a state in one pass with numbers that carry three directions: along the branch ([`TANGENT`]), along the
+//! estimated error ([`ERROR`]) and along a sample of rounding errors ([`ROUNDING`]). The first gives exact slopes, the
+//! others the error of every quantity, however it is computed.
+
+mod certificate;
+mod view;
+
+pub use certificate::Certificate;
+pub use view::View;
+
+use crate::bvp::{Discretization, Estimate};
+use crate::model::Model;
+use crate::scalar::Dual;
+use std::sync::Arc;
+
+/// Numbers with a slope in each of the three directions.
+pub type Carried = Dual<3>;
+
+/// Direction along the branch.
+pub const TANGENT: usize = 0;
+/// Direction of the estimated discretisation error.
+pub const ERROR: usize = 1;
+/// Direction of a sample of rounding errors.
+pub const ROUNDING: usize = 2;
+
+/// The estimate of the discretisation error is asymptotically exact; this covers what it neglects.
+const SAFETY: f64 = 1.5;
+/// One sample of rounding errors with random signs; their worst sum may be several times larger.
+const ROUNDING_SAFETY: f64 = 8.0;
+/// No number is known better than this, relative to itself.
+const LEAST_ERROR: f64 = 1e-14;
+
+/// A number with its slope along the branch and its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Value.
+    pub value: f64,
+    /// Derivative along the branch, per unit of the closing condition.
+    pub slope: f64,
+    /// Estimated absolute error.
+    pub error: f64,
+}
+
+impl From<Carried> for Measured {
+    fn from(v: Carried) -> Self {
+        let error = SAFETY * v.du[ERROR].abs() + ROUNDING_SAFETY * v.du[ROUNDING].abs() + LEAST_ERROR * v.re.abs();
+        Measured { value: v.re, slope: v.du[TANGENT], error }
+    }
+}
+
+/// A converged state with everything known about it.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// Mesh and scheme.
+    pub disc: Arc<Discretization>,
+    /// All unknowns.
+    pub state: Vec<f64>,
+    /// Derivative of all unknowns along the branch, per unit of the closing condition.
+    pub tangent: Vec<f64>,
+    /// Quantities in the order of the model; nothing where a quantity does not exist or is infinite by nature.
+    pub quantities: Vec<Option<Measured>>,
+    /// Names of what is infinite by nature.
+    pub infinite: Vec<String>,
+    /// What proves the state.
+    pub certificate: Certificate,
+}
+
+impl Solution {
+    /// Reads a state: quantities, errors, certificate.
+    pub fn read(
+        model: &Model,
+        disc: &Arc<Discretization>,
+        state: &[f64],
+        tangent: &[f64],
+        estimate: &Estimate,
+        rounding: &[f64],
+    ) -> Self {
+        let carried: Vec<Carried> = (0..disc.unknowns())
+            .map(|i| Dual { re: state[i], du: [tangent[i], estimate.delta[i], rounding[i]] })
+            .collect();
+        let view = View::new(model, disc, carried, Some(estimate));
+        let mut infinite = view.infinite();
+        let mut quantities = vec![];
+        for q in &model.quantities {
+            let value = view.value(&q.formula);
+            if value.is_none() && view.is_infinite(&q.formula) {
+                infinite.push(q.name.clone());
+            }
+            quantities.push(value.map(Measured::from));
+        }
+        let certificate = Certificate::new(model, &view);
+        Solution {
+            disc: disc.clone(),
+            state: state.to_vec(),
+            tangent: tangent.to_vec(),
+            quantities,
+            infinite,
+            certificate,
+        }
+    }
+
+    /// The largest error relative to the accuracy asked for; below 1 all is well. Quantities that vanish are measured against
+    /// what rounding leaves of them.
+    pub fn worst_error(&self, model: &Model) -> (f64, usize) {
+        let mut worst = (0.0, 0);
+        for (i, q) in self.quantities.iter().enumerate() {
+            if let Some(q) = q {
+                let ratio = q.error / (model.accuracy * q.value.abs()).max(1e-13);
+                if !(ratio <= worst.0) {
+                    worst = (ratio, i);
+                }
+            }
+        }
+        worst
+    }
+
+    /// The value of a quantity by its place in the model.
+    pub fn quantity(&self, i: usize) -> Option<Measured> {
+        self.quantities[i]
+    }
+}
