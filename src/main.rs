@@ -28,7 +28,7 @@ fn main() {
             std::process::exit(2)
         }
     };
-    let out = run::run(&m, &req, &mut |_, _| {});
+    let out = run::run(&m, &req, &mut |_, _| std::ops::ControlFlow::Continue(()));
     for p in &out.points {
         let s = &p.solution;
         print!(

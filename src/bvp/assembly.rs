@@ -229,6 +229,36 @@ impl Linearization {
         Ok(Linearization { chains, matching, vectors, matrix, slot_index })
     }
 
+    /// What the residual of one interval adds to the relation (5) of its ends, each row of (T, -I) scaled to length 1: where a mode
+    /// grows without bound towards the right end, as towards a pole, it counts at the left one.
+    pub(super) fn injected(&self, disc: &Discretization, s: usize, i: usize, residual: &Residual, out: &mut [f64]) {
+        let segment = &disc.layout.segments[s];
+        let (n, kn) = (segment.states, disc.gauss.stages() * segment.states);
+        let width = n + segment.coupled;
+        out.copy_from_slice(&residual.jumps[s][i * n..(i + 1) * n]);
+        for r in 0..kn {
+            let v = residual.stages[s][i * kn + r];
+            for c in 0..n {
+                out[c] -= self.chains[s].adjoint[(i * kn + r) * width + c] * v;
+            }
+        }
+        let columns = n + segment.parameters.len();
+        for c in 0..n {
+            let mut size2 = 1.0;
+            for a in 0..n {
+                let identity = if a == c { 1.0 } else { 0.0 };
+                let t: f64 = (0..kn)
+                    .map(|r| {
+                        self.chains[s].adjoint[(i * kn + r) * width + c]
+                            * self.chains[s].jacobian[(i * kn + r) * columns + a]
+                    })
+                    .sum();
+                size2 += (identity + t).powi(2);
+            }
+            out[c] /= size2.sqrt();
+        }
+    }
+
     /// The solution of (Jacobian at `z`) delta = -residual by iterative refinement: the factors may be those of a neighbouring
     /// state, the Jacobian is applied exactly, as the derivative of the residual along delta. Returns how much the last
     /// refinement still changed, relative to delta.

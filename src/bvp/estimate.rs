@@ -27,6 +27,8 @@ pub struct Estimate {
     pub quadratures: Vec<Vec<f64>>,
     /// Largest |e1| relative to the scales of the problem, per segment and interval; of order h^(k+1).
     pub local: Vec<Vec<f64>>,
+    /// Largest error that an interval adds at its right end, per segment and interval; of order h^(2k+1) where no mode is stiff.
+    pub injected: Vec<Vec<f64>>,
 }
 
 impl Estimate {
@@ -104,9 +106,22 @@ impl Estimate {
             defects.push(quadrature);
             local.push(sizes);
         }
+        let injected = layout
+            .segments
+            .iter()
+            .enumerate()
+            .map(|(s, segment)| {
+                let mut end = vec![0.0; segment.states];
+                let mut size = |i| {
+                    factors.injected(disc, s, i, &rhs, &mut end);
+                    end.iter().enumerate().fold(0.0_f64, |a, (c, v)| a.max(v.abs() / problem.state_scale(s, c)))
+                };
+                (0..disc.intervals(s)).map(&mut size).collect()
+            })
+            .collect();
         let mut delta = vec![0.0; disc.unknowns()];
         factors.solve_refined(problem, disc, z, &rhs, &mut delta);
-        Estimate { delta, quadratures: defects, local }
+        Estimate { delta, quadratures: defects, local, injected }
     }
 
     /// Largest local error of any interval: the estimate is to be trusted where this is small.

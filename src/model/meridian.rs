@@ -7,7 +7,7 @@ use crate::diagnostic::Diagnostic;
 use crate::expr::{ExprError, nearest};
 use crate::physics::surface::{Cone, Face, Facing, Plane, Surface};
 use crate::spec::{self, Element, Number, Problem, Shape};
-use crate::system::{Coordinate, Field, Kind, Piece, Place, Pressure, Side, System, TIP_LENGTH};
+use crate::system::{Coordinate, Field, Kind, Piece, Place, Pressure, Side, System, tip_length};
 use std::f64::consts::PI;
 
 /// The meridian, understood.
@@ -317,12 +317,14 @@ pub fn walk<'a>(
             (true, false) => Place::Pole,
         };
         let order = if face.is_some() { 2.0 } else { 1.0 };
-        let tip = face.as_ref().is_some_and(|f| f.tip_inclination() > FLAT);
+        let inclination = face.as_ref().map_or(0.0, Face::tip_inclination);
+        let tip = inclination > FLAT;
+        let length = tip_length(&initial.law, inclination);
         let coordinate = match (from, to) {
             (Place::Pole, Place::Pole) => Coordinate::PoleToPole,
-            (Place::Pole, _) if tip => Coordinate::FromTip(TIP_LENGTH),
+            (Place::Pole, _) if tip => Coordinate::FromTip(length),
             (Place::Pole, _) => Coordinate::FromPole(order),
-            (_, Place::Pole) if tip => Coordinate::ToTip(TIP_LENGTH),
+            (_, Place::Pole) if tip => Coordinate::ToTip(length),
             (_, Place::Pole) => Coordinate::ToPole(order),
             _ => Coordinate::Between,
         };

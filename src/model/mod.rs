@@ -114,6 +114,13 @@ impl Model {
     pub fn quantity(&self, name: &str) -> Option<&Quantity> {
         self.quantities.iter().find(|q| q.name == name)
     }
+
+    /// The contacts that are there, by the names of their segments joined by `+`; `free` where there is none.
+    pub fn stage(&self) -> String {
+        let contact = |p: &&crate::system::Piece| matches!(p.kind, crate::system::Kind::Contact(_));
+        let names: Vec<&str> = self.system.pieces.iter().filter(contact).map(|p| p.name.as_str()).collect();
+        if names.is_empty() { "free".into() } else { names.join("+") }
+    }
 }
 
 /// Escapes a name for a JSON pointer.

@@ -48,8 +48,12 @@ pub enum Halt {
 const MOST_INTERVALS: usize = 3000;
 /// Rounds of refinement.
 const ROUNDS: usize = 9;
-/// The part of the accuracy asked for that the mesh is made for: a state next to it needs no new mesh.
-const AIM: f64 = 0.02;
+/// The part of the accuracy asked for that a mesh is made for ..
+const AIM: f64 = 0.01;
+/// .. that it is still good for, so that most states of a branch need no new one ..
+const GOOD: f64 = 0.05;
+/// .. and below which it is finer than needed.
+const WASTE: f64 = 0.001;
 
 /// Newton's parameters for an accuracy.
 pub(super) fn newton(accuracy: f64) -> Newton {
@@ -68,7 +72,6 @@ pub(super) fn solve(
     work: &mut Work,
 ) -> Result<Solution, Halt> {
     let newton = newton(model.accuracy);
-    let power = 0.5 / disc.gauss.stages() as f64;
     let mut before = f64::INFINITY;
     for round in 0..ROUNDS {
         let mut effort = Effort::default();
@@ -90,38 +93,42 @@ pub(super) fn solve(
         let tangent = tangent(system, disc, z, &factors);
         let solution = Solution::read(model, disc, z, &tangent, &estimate, &noise);
         work.intervals = disc.total_intervals();
-        let (worst, which) = solution.worst_error(model);
-        let rounded =
-            solution.quantities[which].is_some_and(|q| q.error < 1e-9 * q.value.abs() && before < 3.0 * worst);
-        if worst <= AIM * 5.0 || (worst <= 1.0 && rounded) {
-            if worst < AIM * 1e-4 && disc.total_intervals() > 12 {
-                // Far better than asked: a coarser mesh for the states to come.
-                let factor = (worst.max(1e-9) / (0.1 * AIM)).powf(power).max(0.7);
-                let meshes = equidistribute(disc, &estimate, factor, 2);
-                let next = Discretization::new(disc.layout.clone(), disc.gauss.clone(), meshes);
-                *z = disc.transfer(z, &next);
-                *disc = Arc::new(next);
+        let error = solution.worst_discretisation(model.accuracy);
+        let (total, which) = solution.worst_error(model.accuracy);
+        if std::env::var("DBG").is_ok() { eprintln!("round {round} disc {error:e} total {total:e} {} local {:e} n {:?} control {:?}", model.quantities[which].name, estimate.largest_local(), (0..disc.meshes.len()).map(|s| disc.intervals(s)).collect::<Vec<_>>(), solution.quantities[0]); if round == 0 { for (s, l) in estimate.local.iter().enumerate() { eprintln!("  {:?}", l.iter().zip(&disc.meshes[s]).zip(&estimate.injected[s]).map(|((e, x), j)| format!("{x:.3}:{e:.0e}:{j:.0e}")).collect::<Vec<_>>()); } } }
+        if error <= GOOD {
+            if total > 1.0 {
+                // No mesh helps: rounding alone exceeds what was asked.
+                return Err(too_coarse(model, &solution, which, disc));
+            }
+            if error < WASTE && disc.total_intervals() > 3 * disc.meshes.len() {
+                remesh(disc, z, &estimate, (error / AIM).max(1e-6));
             }
             return Ok(solution);
         }
-        let local = estimate.largest_local();
-        let factor = ((worst / AIM).powf(power) * 1.1).clamp(1.0, if local > 1e-2 { 2.0 } else { 4.0 });
-        let intervals = (factor * disc.total_intervals() as f64) as usize;
-        if round + 1 == ROUNDS || intervals > MOST_INTERVALS || !worst.is_finite() {
-            if worst <= 1.0 {
+        let intervals = disc.total_intervals();
+        if round + 1 == ROUNDS || intervals > MOST_INTERVALS || !(error < before * 100.0 || error.is_infinite()) {
+            if total <= 1.0 {
                 return Ok(solution);
             }
-            let q = &model.quantities[which];
-            let error = solution.quantities[which].map_or(f64::NAN, |m| m.error);
-            return Err(Halt::Accuracy { quantity: q.name.clone(), error, intervals: disc.total_intervals() });
+            return Err(too_coarse(model, &solution, which, disc));
         }
-        before = worst;
-        let meshes = equidistribute(disc, &estimate, factor, 2);
-        let next = Discretization::new(disc.layout.clone(), disc.gauss.clone(), meshes);
-        *z = disc.transfer(z, &next);
-        *disc = Arc::new(next);
+        before = error;
+        remesh(disc, z, &estimate, (error / AIM).min(1e12));
     }
     unreachable!("the last round returns")
+}
+
+fn remesh(disc: &mut Arc<Discretization>, z: &mut Vec<f64>, estimate: &Estimate, factor: f64) {
+    let meshes = equidistribute(disc, estimate, factor, 2);
+    let next = Discretization::new(disc.layout.clone(), disc.gauss.clone(), meshes);
+    *z = disc.transfer(z, &next);
+    *disc = Arc::new(next);
+}
+
+fn too_coarse(model: &Model, solution: &Solution, which: usize, disc: &Discretization) -> Halt {
+    let error = solution.quantities[which].map_or(f64::NAN, |m| m.error);
+    Halt::Accuracy { quantity: model.quantities[which].name.clone(), error, intervals: disc.total_intervals() }
 }
 
 /// Derivative of all unknowns with respect to the value of the closing condition.

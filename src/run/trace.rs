@@ -177,7 +177,7 @@ impl Tracer<'_> {
 }
 
 /// Runs a model: the branch of its file, or the requested states only.
-pub fn run(model: &Model, requests: &[Request], progress: &mut dyn FnMut(usize, usize)) -> Outcome {
+pub fn run(model: &Model, requests: &[Request], progress: &mut dyn FnMut(usize, usize) -> std::ops::ControlFlow<()>) -> Outcome {
     let mut outcome = Outcome { points: vec![], events: vec![], status: Status::Complete };
     let control = model
         .quantities
@@ -218,7 +218,10 @@ pub fn run(model: &Model, requests: &[Request], progress: &mut dyn FnMut(usize, 
     let targets = if requests.is_empty() { &model.branch.targets } else { &direct };
     let total = targets.len();
     for (i, &c) in targets.iter().enumerate() {
-        progress(i, total);
+        if progress(i, total).is_break() {
+            outcome.status = Status::Incomplete("interrupted".into());
+            break;
+        }
         match tracer.go(c, &mut work) {
             Ok(()) => {
                 let now = cpu_seconds();

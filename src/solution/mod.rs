@@ -5,9 +5,11 @@
 //! others the error of every quantity, however it is computed.
 
 mod certificate;
+mod profile;
 mod view;
 
 pub use certificate::Certificate;
+pub use profile::{Row, profile};
 pub use view::View;
 
 use crate::bvp::{Discretization, Estimate};
@@ -41,12 +43,15 @@ pub struct Measured {
     pub slope: f64,
     /// Estimated absolute error.
     pub error: f64,
+    /// The part of the error that a finer mesh would reduce.
+    pub discretisation: f64,
 }
 
 impl From<Carried> for Measured {
     fn from(v: Carried) -> Self {
-        let error = SAFETY * v.du[ERROR].abs() + ROUNDING_SAFETY * v.du[ROUNDING].abs() + LEAST_ERROR * v.re.abs();
-        Measured { value: v.re, slope: v.du[TANGENT], error }
+        let discretisation = SAFETY * v.du[ERROR].abs();
+        let error = discretisation + ROUNDING_SAFETY * v.du[ROUNDING].abs() + LEAST_ERROR * v.re.abs();
+        Measured { value: v.re, slope: v.du[TANGENT], error, discretisation }
     }
 }
 
@@ -63,6 +68,8 @@ pub struct Solution {
     pub quantities: Vec<Option<Measured>>,
     /// Names of what is infinite by nature.
     pub infinite: Vec<String>,
+    /// True if a quantity that should be a number is none.
+    undefined: bool,
     /// What proves the state.
     pub certificate: Certificate,
 }
@@ -83,12 +90,15 @@ impl Solution {
         let view = View::new(model, disc, carried, Some(estimate));
         let mut infinite = view.infinite();
         let mut quantities = vec![];
+        let mut undefined = false;
         for q in &model.quantities {
             let value = view.value(&q.formula);
             if value.is_none() && view.is_infinite(&q.formula) {
                 infinite.push(q.name.clone());
             }
-            quantities.push(value.map(Measured::from));
+            let number = value.filter(|v| v.re.is_finite());
+            undefined |= value.is_some() && number.is_none();
+            quantities.push(number.map(Measured::from));
         }
         let certificate = Certificate::new(model, &view);
         Solution {
@@ -97,17 +107,27 @@ impl Solution {
             tangent: tangent.to_vec(),
             quantities,
             infinite,
+            undefined,
             certificate,
         }
     }
 
-    /// The largest error relative to the accuracy asked for; below 1 all is well. Quantities that vanish are measured against
-    /// what rounding leaves of them.
-    pub fn worst_error(&self, model: &Model) -> (f64, usize) {
+    /// The largest error relative to the accuracy asked for, and whose it is; below 1 all is well. Quantities that vanish are
+    /// measured against what rounding leaves of them.
+    pub fn worst_error(&self, accuracy: f64) -> (f64, usize) {
+        self.worst(accuracy, |m| m.error)
+    }
+
+    /// The same for the part that a finer mesh would reduce; infinite where a quantity is not a number.
+    pub fn worst_discretisation(&self, accuracy: f64) -> f64 {
+        if self.undefined { f64::INFINITY } else { self.worst(accuracy, |m| m.discretisation).0 }
+    }
+
+    fn worst(&self, accuracy: f64, error: impl Fn(&Measured) -> f64) -> (f64, usize) {
         let mut worst = (0.0, 0);
         for (i, q) in self.quantities.iter().enumerate() {
             if let Some(q) = q {
-                let ratio = q.error / (model.accuracy * q.value.abs()).max(1e-13);
+                let ratio = error(q) / (accuracy * q.value.abs()).max(1e-13);
                 if !(ratio <= worst.0) {
                     worst = (ratio, i);
                 }

@@ -42,8 +42,7 @@ impl<'a> View<'a> {
                 _ => None,
             };
             if let Some(local) = side.and_then(|side| view.end(s, side)) {
-                let p = piece.pressure.value(&|g| view.global(g));
-                for (sum, tail) in reported.iter_mut().zip(piece.tip_tail(&local, p)) {
+                for (sum, tail) in reported.iter_mut().zip(piece.tip_tail(&local)) {
                     *sum = *sum + tail;
                 }
             }
@@ -112,7 +111,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The value of a formula; nothing where a part of it does not exist, is infinite by nature, or is not a number.
+    /// The value of a formula; nothing where a part of it does not exist or is infinite by nature.
     pub fn value(&self, formula: &Formula) -> Option<Carried> {
         let mut exists = true;
         let value = formula.with(|probe| {
@@ -121,7 +120,7 @@ impl<'a> View<'a> {
                 Carried::from(0.0)
             })
         });
-        (exists && value.re.is_finite()).then_some(value)
+        exists.then_some(value)
     }
 
     /// True if a formula depends on something that is infinite at a tip.
@@ -175,18 +174,21 @@ impl<'a> View<'a> {
         if !system.law.is_neo_hookean() {
             return None;
         }
-        let at = match side {
-            Side::Start => self.disc.y(s, 0),
-            Side::End => self.disc.y(s, self.disc.intervals(s)),
-        };
-        let ln_lambda = self.state[at];
-        if !self.is_tip(s, side) {
-            return system.pieces[s].coordinate.is_pole(side).then(|| ln_lambda.exp());
+        if system.pieces[s].coordinate.is_pole(side) {
+            let at = self.disc.y(s, if side == Side::Start { 0 } else { self.disc.intervals(s) });
+            return Some(self.state[at].exp());
         }
-        let eta = self.eta(s, if side == Side::Start { 0.0 } else { 1.0 });
+        if !self.is_tip(s, side) {
+            return None;
+        }
+        // Read in the middle of the piece: what it starts with wrongly has decayed, and the reference shape is still flat.
+        let mesh = &self.disc.meshes[s];
+        let middle = (1..mesh.len() - 1).min_by(|&i, &j| (mesh[i] - 0.5).abs().total_cmp(&(mesh[j] - 0.5).abs()))?;
+        let eta = self.eta(s, mesh[middle]);
         let inwards = if side == Side::Start { eta } else { -eta };
         // phi = 2 exp(eta) near the pole.
         let ln_phi = inwards + std::f64::consts::LN_2;
+        let ln_lambda = self.state[self.disc.y(s, middle)];
         tip_coefficient(face.tip_inclination().cos(), ln_phi, ln_lambda).map(Scalar::exp)
     }
 
@@ -237,7 +239,7 @@ impl<'a> View<'a> {
     }
 
     /// The piecewise polynomial with its directions.
-    fn interpolate(&self, s: usize, i: usize, theta: f64, n: usize) -> Vec<Carried> {
+    pub fn interpolate(&self, s: usize, i: usize, theta: f64, n: usize) -> Vec<Carried> {
         let (y, k) = (self.disc.y(s, i), self.disc.k(s, i));
         let h = self.disc.width(s, i);
         (0..n)

@@ -12,12 +12,23 @@
 //! there, and the solution is a regular function of x.
 
 use super::Side;
+use crate::physics::material::{Energy, Law};
 use crate::scalar::Scalar;
 use std::f64::consts::PI;
 
-/// Length in eta of the piece of a cone's surface that is resolved around its tip: what a solution starts with wrongly at its inner
-/// end decays as exp(-2 cos(a) eta) at least, and by then the reference shape is flat to exp(-2 L).
-pub const TIP_LENGTH: f64 = 20.0;
+/// Length in eta of the piece of a cone's surface that is resolved around its tip.
+///
+/// What a solution starts with wrongly at its inner end decays outwards as exp(-2 cos(a) eta) or faster, and from the middle of
+/// the piece inwards the reference shape is flat to exp(-L). A law that locks comes ever nearer to locking towards the tip, by
+/// phi^(sin^2 a) for Gent's; the piece ends before rounding hides what is left.
+pub fn tip_length(law: &Law, inclination: f64) -> f64 {
+    const LENGTH: f64 = 40.0;
+    const LEAST_GAP: f64 = 11.5; // exp(-11.5), a hundred-thousandth
+    match law.locking() {
+        Some(_) => LENGTH.min(LEAST_GAP / inclination.sin().powi(2)),
+        None => LENGTH,
+    }
+}
 
 /// A place on the meridian, by its eta.
 #[derive(Clone, Copy, Debug, PartialEq)]

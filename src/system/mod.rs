@@ -12,8 +12,8 @@ mod piece;
 mod probe;
 mod tip;
 
-pub use coordinate::{Coordinate, Place, TIP_LENGTH};
-pub use piece::{Kind, Piece, Pressure, QUADRATURES};
+pub use coordinate::{Coordinate, Place, tip_length};
+pub use piece::{Kind, Piece, Pressure};
 pub use probe::{Field, Probe, Side};
 pub use tip::coefficient as tip_coefficient;
 

@@ -18,10 +18,6 @@ pub enum Kind {
     Contact(Face),
 }
 
-/// Names of the quadratures of a piece, coupled ones first.
-pub const QUADRATURES: [(&str, &[&str]); 2] =
-    [("free", &["drop", "volume", "energy", "area"]), ("contact", &["energy", "area", "force"])];
-
 impl Kind {
     /// Number of states: ln(lambda), ln(mu), and tau where it is free.
     pub fn states(&self) -> usize {
@@ -39,13 +35,9 @@ impl Kind {
         }
     }
 
-    /// Quadratures that are only reported. Elastic energy, deformed area; on a face also the axial force of the contact pressure
-    /// on the membrane, downwards.
+    /// Quadratures that are only reported: elastic energy, deformed area.
     pub fn reported(&self) -> usize {
-        match self {
-            Kind::Free => 2,
-            Kind::Contact(_) => 3,
-        }
+        2
     }
 }
 
@@ -184,13 +176,16 @@ impl Piece {
             }
             Kind::Contact(_) => {
                 if out.len() > 2 {
-                    self.reported(&m, measure, &mut out[2..4]);
-                    // Along a face tau turns with the radius only; both faces so far are straight.
-                    let p_c = m.contact_pressure(self.pressure.net(rest), S::from(0.0));
-                    out[4] = m.u() * m.lambda * m.cos * p_c * measure * (2.0 * PI);
+                    self.reported(&m, measure, &mut out[2..]);
                 }
             }
         }
+    }
+
+    /// Contact pressure on a face at a state of the membrane, under the net pressure `p`.
+    pub fn contact_pressure<S: Scalar>(&self, m: &Local<S>, p: S) -> S {
+        // Along a face tau turns with the radius only; both faces so far are straight.
+        m.contact_pressure(p, S::from(0.0))
     }
 
     /// Energy 2 pi rho0 w dS and area 2 pi u lambda dS.
@@ -200,14 +195,10 @@ impl Piece {
         out[1] = m.u() * m.lambda * measure * (2.0 * PI);
     }
 
-    /// What the quadratures miss between the tip of a cone and the innermost point resolved, `m`, on a straight face under the net
-    /// pressure `p`: energy, area, axial force, in closed form.
-    pub fn tip_tail<S: Scalar>(&self, m: &Local<S>, p: S) -> [S; 3] {
-        let cos = m.cos.value().abs();
+    /// What the quadratures miss between the tip of a cone and the innermost point resolved, `m`, on a straight face: energy and
+    /// area, in closed form.
+    pub fn tip_tail<S: Scalar>(&self, m: &Local<S>) -> [S; 2] {
         let u = m.u();
-        // The force of the contact pressure on the patch, from its balance: pressure on the disc minus the tension at its rim.
-        let force = u * u * p * PI - m.rho0 * m.response.w_l * m.sin * (2.0 * PI);
-        let sign = if m.cos.value() < 0.0 { -1.0 } else { 1.0 };
-        [tip_energy(m), u * u * (PI / cos), force * sign]
+        [tip_energy(m), u * u * (PI / m.cos.value().abs())]
     }
 }

@@ -1,0 +1,182 @@
+//! A problem explained: what is given, what is unknown, which equations are solved and where each comes from. Markdown.
+
+use super::number::plain;
+use crate::model::{Entry, Model};
+use crate::spec::{Number, Problem, convert};
+use crate::system::{Coordinate, Kind, Place};
+use comfy_table::{Table, presets};
+use ron::ser::PrettyConfig;
+use serde::Serialize;
+use std::fmt::Write;
+
+/// Equilibrium along the meridian, as it is solved.
+const EQUILIBRIUM: &str = "\
+Along every segment, with d eta = dS/rho0 and tensions w_l, w_m = dw/d(lambda, mu) per reference length:
+
+```text
+d ln(lambda)/d eta = [(w_m - lambda w_lm) cos tau - (w_l - mu w_lm) rho0'] / (lambda w_ll)
+d ln(mu)/d eta     = (lambda/mu) cos tau - rho0'                      u = mu rho0
+free:     d tau/d eta = (lambda mu rho0 p - w_m sin tau) / w_l        dh/d eta = rho0 lambda sin tau
+contact:  tau and h follow from u on the face; the contact pressure carries the rest of p
+```
+";
+
+/// The explanation of a problem.
+pub fn explain(problem: &Problem, model: &Model) -> String {
+    let mut text = format!("# {}\n", model.title.trim());
+    if let Some(about) = &problem.about {
+        let _ = write!(text, "\n{}\n", about.trim());
+    }
+    if !model.parameters.is_empty() {
+        let written = |name: &str| problem.parameters.get(name).map(ToString::to_string).unwrap_or_default();
+        let rows = model.parameters.iter().map(|(name, value)| [name.clone(), plain(*value), written(name)]);
+        section(&mut text, "Parameters", ["name", "value", "written"], rows);
+    }
+    initial(problem, model, &mut text);
+    material(problem, model, &mut text);
+    if !problem.bodies.is_empty() {
+        let rows = problem
+            .bodies
+            .iter()
+            .map(|(name, body)| [name.clone(), ron(&body.shape), ron(&body.facing), body.h.to_string()]);
+        section(&mut text, "Bodies", ["name", "shape", "facing", "h (axial position, downwards)"], rows);
+    }
+    segments(model, &mut text);
+    let (unknowns, conditions) = (&model.ledger.unknowns, &model.ledger.conditions);
+    let entry = |e: &Entry| [e.name.clone(), e.text.clone(), e.origin.clone()];
+    section(&mut text, "Unknowns", ["name", "what it is", "from"], unknowns.iter().map(entry));
+    section(&mut text, "Conditions", ["name", "equation", "from"], conditions.iter().map(entry));
+    let _ = writeln!(text, "\n{} unknowns, {} conditions.", unknowns.len(), conditions.len());
+    let formula = |(name, number): (&String, &Number)| [name.clone(), number.to_string()];
+    section(&mut text, "Outputs", ["name", "formula"], problem.outputs.iter().map(formula));
+    if !problem.identities.is_empty() {
+        let rows = problem.identities.iter().map(|(name, equation)| [name.clone(), equation.to_string()]);
+        section(&mut text, "Identities, checked at every state", ["name", "equation"], rows);
+    }
+    branch(problem, model, &mut text);
+    text
+}
+
+fn initial(problem: &Problem, model: &Model, text: &mut String) {
+    let i = &model.initial;
+    let rows = [
+        ("reference radius", i.reference.radius),
+        ("stretch", i.stretch),
+        ("radius", i.radius),
+        ("tension (per reference length)", i.tension),
+        ("over-pressure", i.pressure),
+        ("volume", i.volume),
+        ("energy", i.energy),
+    ];
+    let rows = rows.map(|(name, value)| [name.to_owned(), plain(value)]);
+    let title = format!("Initial state: {} {}, closed form", ron(&problem.reference), ron(&problem.initial));
+    section(text, &title, ["quantity", "value"], rows);
+    if let Some(fluid) = &problem.fluid {
+        let _ = writeln!(text, "\nFluid: {}", code(&ron(fluid)));
+    }
+}
+
+fn material(problem: &Problem, model: &Model, text: &mut String) {
+    let m = model.initial.law.moduli();
+    let rows = [
+        ("surface shear modulus", m.shear),
+        ("area dilatation modulus", m.area),
+        ("surface Young modulus", m.young),
+        ("surface Poisson ratio", m.poisson),
+    ];
+    let rows = rows.map(|(name, value)| [name.to_owned(), plain(value)]);
+    let title = format!("Material: {}", ron(&problem.material));
+    section(text, &title, ["at small strain", "value"], rows);
+}
+
+fn segments(model: &Model, text: &mut String) {
+    let place = |place: Place, pole: &str| match place {
+        Place::Pole => pole.to_owned(),
+        Place::Fixed(eta) => format!("phi = {}", plain(2.0 * eta.exp().atan())),
+        Place::Unknown(global) => model.globals[global].clone(),
+    };
+    let rows = model.system.pieces.iter().enumerate().map(|(i, piece)| {
+        let body = model.bodies.iter().find(|b| b.pieces.contains(&i)).map_or("a face", |b| &b.name);
+        let kind = match &piece.kind {
+            Kind::Free => "free".to_owned(),
+            Kind::Contact(_) => format!("contact on {body}, frictionless"),
+        };
+        let states = match &piece.kind {
+            Kind::Free => "ln lambda, ln mu, tau; h by quadrature",
+            Kind::Contact(_) => "ln lambda, ln mu",
+        };
+        let coordinate = match piece.coordinate {
+            Coordinate::Between => "eta, linear in x".to_owned(),
+            Coordinate::FromPole(order) => format!("from a pole, x = (e^eta)^{order:.0}"),
+            Coordinate::ToPole(order) => format!("to a pole, 1 - x = (e^-eta)^{order:.0}"),
+            Coordinate::FromTip(length) => format!("from a tip, {length:.1} in eta"),
+            Coordinate::ToTip(length) => format!("to a tip, {length:.1} in eta"),
+            Coordinate::PoleToPole => "from pole to pole, x = phi/pi".to_owned(),
+        };
+        let pressure = match (piece.pressure.fluid, &piece.pressure.outside) {
+            (Some(_), None) => "p_f",
+            (Some(_), Some(_)) => "p_f - outside",
+            (None, Some(_)) => "- outside",
+            (None, None) => "0",
+        };
+        [
+            piece.name.clone(),
+            kind,
+            format!("{} .. {}", place(piece.from, "top pole"), place(piece.to, "bottom pole")),
+            states.to_owned(),
+            coordinate,
+            pressure.to_owned(),
+        ]
+    });
+    section(text, "Segments", ["name", "kind", "from .. to", "states", "coordinate", "p"], rows);
+    let _ = write!(text, "\n{EQUILIBRIUM}");
+}
+
+fn branch(problem: &Problem, model: &Model, text: &mut String) {
+    let branch = &model.branch;
+    let _ = write!(text, "\n## Branch\n\nControl: {}", code(&branch.control));
+    let t = &branch.targets;
+    let _ = match (t.first(), t.last()) {
+        (Some(first), Some(last)) if t.len() > 1 => {
+            writeln!(text, ", {} values from {} to {}.", t.len(), plain(*first), plain(*last))
+        }
+        (Some(only), _) => writeln!(text, " = {}.", plain(*only)),
+        _ => writeln!(text, "."),
+    };
+    if !branch.limit_points.is_empty() {
+        let names: Vec<String> = branch.limit_points.iter().map(|n| code(n)).collect();
+        let _ = writeln!(text, "Limit points are located of: {}.", names.join(", "));
+    }
+    for (name, equation) in problem.branch.iter().flat_map(|b| &b.stops) {
+        let _ = writeln!(text, "It stops at {name}: {}.", code(equation.as_str()));
+    }
+    let _ = writeln!(text, "Relative error asked of every quantity: {}.", plain(model.accuracy));
+}
+
+/// A value of the file in the words of the file.
+fn ron(value: &impl Serialize) -> String {
+    let options = ron::Options::default().with_default_extension(convert::extensions());
+    let line = PrettyConfig::new().depth_limit(0).struct_names(false);
+    options.to_string_pretty(value, line).unwrap_or_default()
+}
+
+/// Text in Markdown's backquotes.
+fn code(text: &str) -> String {
+    if text.contains('`') { format!("`` {text} ``") } else { format!("`{text}`") }
+}
+
+/// A heading with a table.
+fn section<const N: usize>(
+    text: &mut String,
+    title: &str,
+    header: [&str; N],
+    rows: impl IntoIterator<Item = [String; N]>,
+) {
+    let mut table = Table::new();
+    table.load_style(presets::ASCII_MARKDOWN);
+    table.set_header(header);
+    for row in rows {
+        table.add_row(row.map(|cell| cell.replace('|', "\\|").replace(['\n', '\r'], " ")));
+    }
+    let _ = write!(text, "\n## {title}\n\n{table}\n");
+}

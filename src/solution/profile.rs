@@ -1,0 +1,101 @@
+//! The membrane along its meridian, at the points of the mesh.
+
+use super::{Carried, Solution, View};
+use crate::model::Model;
+use crate::system::Kind;
+
+/// The membrane at one point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Name of the segment.
+    pub segment: String,
+    /// Material angle from the top pole.
+    pub phi: f64,
+    /// Reference arc length from the top pole.
+    pub arc: f64,
+    /// Distance from the axis.
+    pub u: f64,
+    /// Axial position, downwards.
+    pub h: f64,
+    /// Tangent angle.
+    pub tau: f64,
+    /// Meridional stretch.
+    pub lambda: f64,
+    /// Hoop stretch.
+    pub mu: f64,
+    /// Meridional tension per reference length.
+    pub w_l: f64,
+    /// Hoop tension per reference length.
+    pub w_m: f64,
+    /// Contact pressure per deformed area; nothing on free segments.
+    pub p_c: Option<f64>,
+}
+
+/// The mesh points of all segments in walking order; both sides of a joint are there.
+pub fn profile(model: &Model, solution: &Solution) -> Vec<Row> {
+    let disc = &*solution.disc;
+    let view = View::new(model, disc, solution.state.iter().map(|&v| Carried::from(v)).collect(), None);
+    let system = &model.system;
+    let mut rows = vec![];
+    for (s, piece) in system.pieces.iter().enumerate() {
+        let p: Vec<f64> = piece.parameters().iter().map(|&g| view.global(g).re).collect();
+        let (a, b) = piece.places(&p);
+        let pressure = piece.pressure.value(&|g| view.global(g)).re;
+        let n = piece.kind.states();
+        let apex = model.bodies.iter().find(|body| body.pieces.contains(&s)).and_then(|body| view.value(&body.h));
+        let start = view.value(&model.heights[s]).map_or(f64::NAN, |h| h.re);
+        let mut fall = 0.0;
+        for i in 0..=disc.intervals(s) {
+            let y = &solution.state[disc.y(s, i)..disc.y(s, i) + n];
+            let eta = piece.coordinate.at(disc.meshes[s][i], a, b).0;
+            let m = piece.local(&system.reference, &system.law, eta, y);
+            let phi = system.reference.phi(eta);
+            let (tau, h, p_c) = match &piece.kind {
+                Kind::Free => (y[2], start + fall, None),
+                Kind::Contact(face) => {
+                    let p_c = if m.rho0 > 0.0 { m.contact_pressure(pressure, 0.0) } else { pressure };
+                    (face.tangent(m.u()), apex.map_or(f64::NAN, |h| h.re) + face.drop(m.u()), Some(p_c))
+                }
+            };
+            rows.push(Row {
+                segment: piece.name.clone(),
+                phi,
+                arc: phi * system.reference.radius,
+                u: m.u(),
+                h,
+                tau,
+                lambda: m.lambda,
+                mu: m.mu,
+                w_l: m.response.w_l,
+                w_m: m.response.w_m,
+                p_c,
+            });
+            if matches!(piece.kind, Kind::Free) && i < disc.intervals(s) {
+                fall += fall_over(model, solution, s, i, &p);
+            }
+        }
+    }
+    rows
+}
+
+/// The axial way over one interval of a free piece.
+fn fall_over(model: &Model, solution: &Solution, s: usize, interval: usize, p: &[f64]) -> f64 {
+    let (system, disc) = (&model.system, &*solution.disc);
+    let piece = &system.pieces[s];
+    let (n, k) = (piece.kind.states(), disc.gauss.stages());
+    let h = disc.width(s, interval);
+    let (y0, slopes) = (disc.y(s, interval), disc.k(s, interval));
+    let mut out = vec![0.0; n + piece.kind.coupled()];
+    let mut sum = 0.0;
+    for j in 0..k {
+        let stage = |c: usize| {
+            let inner: f64 = (0..k).map(|l| disc.gauss.integrate[j * k + l] * solution.state[slopes + l * n + c]).sum();
+            solution.state[y0 + c] + h * inner
+        };
+        let y: Vec<f64> = (0..n).map(stage).collect();
+        let x = disc.meshes[s][interval] + h * disc.gauss.nodes[j];
+        piece.flow(&system.reference, &system.law, x, &y, p, &mut out);
+        sum += h * disc.gauss.weights[j] * out[n];
+    }
+    sum
+}
