@@ -141,9 +141,8 @@ pub fn check(findings: &[Finding]) -> Value {
         [only] => of(only),
         _ => Value::Null,
     };
-    let file = |f: &Finding| {
-        json!({ "file": f.file, "diagnostics": f.diagnostics, "ledger": f.ledger(), "rank": f.rank() })
-    };
+    let file =
+        |f: &Finding| json!({ "file": f.file, "diagnostics": f.diagnostics, "ledger": f.ledger(), "rank": f.rank() });
     json!({
         "diagnostics": diagnostics,
         "ledger": one(Finding::ledger),

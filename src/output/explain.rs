@@ -69,11 +69,11 @@ fn initial(problem: &Problem, model: &Model, text: &mut String) {
         ("energy", i.energy),
     ];
     let rows = rows.map(|(name, value)| [name.to_owned(), plain(value)]);
-    let title = format!("Initial state: {} {}, closed form", ron(&problem.reference), ron(&problem.initial));
-    section(text, &title, ["quantity", "value"], rows);
-    if let Some(fluid) = &problem.fluid {
-        let _ = writeln!(text, "\nFluid: {}", code(&ron(fluid)));
-    }
+    section(text, "Initial state, in closed form", ["quantity", "value"], rows);
+    let _ = writeln!(text, "\nReference: {}  ", code(&ron(&problem.reference)));
+    let _ = writeln!(text, "Initial: {}  ", code(&ron(&problem.initial)));
+    let fluid = problem.fluid.as_ref().map_or("none".into(), |fluid| code(&ron(fluid)));
+    let _ = writeln!(text, "Fluid: {fluid}");
 }
 
 fn material(problem: &Problem, model: &Model, text: &mut String) {
@@ -85,8 +85,8 @@ fn material(problem: &Problem, model: &Model, text: &mut String) {
         ("surface Poisson ratio", m.poisson),
     ];
     let rows = rows.map(|(name, value)| [name.to_owned(), plain(value)]);
-    let title = format!("Material: {}", ron(&problem.material));
-    section(text, &title, ["at small strain", "value"], rows);
+    section(text, "Material", ["at small strain", "value"], rows);
+    let _ = writeln!(text, "\nMaterial: {}", code(&ron(&problem.material)));
 }
 
 fn segments(model: &Model, text: &mut String) {

@@ -162,12 +162,13 @@ fn trust(report: &Report, text: &mut String) {
             small(error),
             model.quantities[i].name,
             place(report, point),
-            small(model.accuracy)
+            plain(model.accuracy)
         ),
         None => writeln!(text, "All numbers are accurate to rounding."),
     };
     let most = |of: fn(&crate::solution::Certificate) -> f64| {
-        small(points.iter().map(|p| of(&p.solution.certificate)).fold(0.0, |a: f64, b| if b > a { b } else { a }))
+        let larger = |a: f64, b: f64| if b > a || b.is_nan() { b } else { a };
+        small(points.iter().map(|p| of(&p.solution.certificate)).fold(0.0, larger))
     };
     let _ = write!(
         text,

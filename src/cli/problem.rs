@@ -1,0 +1,99 @@
+//! From a file and `--set` to a model, with everything that is wrong on the way; `--at`.
+
+use super::{Exit, Input, Language, complain};
+use membrane::diagnostic::{Diagnostic, Locate, Place, suggest};
+use membrane::expr::{self, Builder};
+use membrane::model::{self, Model};
+use membrane::run::Request;
+use membrane::spec::{Document, Origin, Source, Syntax};
+
+/// Complaints, each with the texts it is about.
+#[derive(Default)]
+pub struct Refusals(pub Vec<(Box<dyn Locate>, Vec<Diagnostic>)>);
+
+impl Refusals {
+    /// Shows them all.
+    pub fn report(&self) -> Exit {
+        for (places, diagnostics) in &self.0 {
+            complain(diagnostics, &**places);
+        }
+        Exit::Refused
+    }
+}
+
+/// Reads a file, applies what is set in its order, and resolves it.
+pub fn understand(file: &str, input: &Input) -> Result<(Document, Model), Refusals> {
+    let mut document = Document::load(file, input.from.map(Language::syntax)).map_err(|rejected| {
+        let diagnostics = rejected.diagnostics.clone();
+        Refusals(vec![(rejected as Box<dyn Locate>, diagnostics)])
+    })?;
+    let mut refusals = Refusals::default();
+    for (key, value) in &input.sets {
+        match model::set(&document, key, value) {
+            Ok(changed) => document = changed,
+            Err(refusal) => refusals.0.push(refusal),
+        }
+    }
+    if !refusals.0.is_empty() {
+        return Err(refusals);
+    }
+    match model::resolve(&document.problem) {
+        Ok(model) => Ok((document, model)),
+        Err(diagnostics) => Err(Refusals(vec![(Box::new(document), diagnostics)])),
+    }
+}
+
+/// The states that are asked for by `--at`.
+pub fn requests(model: &Model, at: &[(String, String)]) -> Result<Vec<Request>, Refusals> {
+    let mut refusals = Refusals::default();
+    let mut requests = vec![];
+    for (name, value) in at {
+        let known = name_of_quantity(model, name);
+        let number = constant(value);
+        // The option as it was written is the text that complaints show.
+        let text = format!("{name}={value}");
+        let mut wrong = vec![];
+        wrong.extend(known.err().map(|d| d.label(Place::Bytes(0..name.len()), "")));
+        if let Err((range, diagnostic)) = &number {
+            let start = name.len() + 1;
+            wrong.push(diagnostic.clone().label(Place::Bytes(start + range.start..start + range.end), ""));
+        }
+        if !wrong.is_empty() {
+            let origin = Origin::new(Source { name: "--at".into(), text, syntax: Syntax::Ron });
+            refusals.0.push((Box::new(origin), wrong));
+        } else if let Ok(value) = number {
+            requests.push(Request { name: name.clone(), value });
+        }
+    }
+    if refusals.0.is_empty() { Ok(requests) } else { Err(refusals) }
+}
+
+fn name_of_quantity(model: &Model, name: &str) -> Result<(), Diagnostic> {
+    if model.quantity(name).is_some() {
+        return Ok(());
+    }
+    if model.parameters.iter().any(|p| p.0 == name) {
+        let message = format!("`{name}` is a parameter, which has the same value in every state");
+        return Err(Diagnostic::error("parameter-asked", message)
+            .help(format!("to change it, use `--set {name}=..`; --at asks for states where a quantity has a value")));
+    }
+    let names = model.quantities.iter().map(|q| q.name.as_str());
+    Err(Diagnostic::error("unknown-name", format!("there is no quantity `{name}` in this problem"))
+        .help(suggest(name, names)))
+}
+
+/// The value of an expression without names.
+fn constant(text: &str) -> Result<f64, (std::ops::Range<usize>, Diagnostic)> {
+    let whole = 0..text.len();
+    let wrong = |e: expr::ExprError| {
+        (e.span, Diagnostic::error(e.code, e.message).help(e.help.unwrap_or_else(|| "a number, such as 0.5".into())))
+    };
+    let parsed = expr::parse(text).map_err(wrong)?;
+    let mut builder = Builder::new();
+    let node = builder.add(&parsed, &mut ()).map_err(|mut e| wrong(e.swap_remove(0)))?;
+    match builder.value(node) {
+        Some(value) if value.is_finite() => Ok(value),
+        Some(value) => Err((whole, Diagnostic::error("not-finite", format!("this is {value}, not a finite number")))),
+        None => Err((whole, Diagnostic::error("not-constant", "a number is wanted here"))),
+    }
+}
