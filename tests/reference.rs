@@ -14,7 +14,12 @@ fn solve(file: &str, set: &[(&str, String)], at: (&str, f64)) -> Vec<(String, f6
         document = model::set(&document, key, value).unwrap_or_else(|e| panic!("{key}={value}: {:?}", e.1));
     }
     let model = model::resolve(&document.problem).unwrap();
-    let outcome = run::run(&model, &[Request { name: at.0.into(), value: at.1 }], &mut |_, _| std::ops::ControlFlow::Continue(()));
+    let outcome =
+        run::run(
+            &model,
+            &[Request { name: at.0.into(), value: at.1 }],
+            &mut |_, _| std::ops::ControlFlow::Continue(()),
+        );
     assert_eq!(outcome.status, Status::Complete, "{file} {set:?} {at:?}");
     let solution = &outcome.points[0].solution;
     model
@@ -31,7 +36,11 @@ fn compare(case: &str, name: &str, found: &[(String, f64, f64)], expected: f64, 
     let miss = (value - expected).abs();
     let relative = miss / expected.abs();
     let doubt = digits * expected.abs();
-    println!("{case:40} {name:16} {value:20.14} miss {relative:8.1e} error {:8.1e} ratio {:8.2}", error / value.abs(), error / miss);
+    println!(
+        "{case:40} {name:16} {value:20.14} miss {relative:8.1e} error {:8.1e} ratio {:8.2}",
+        error / value.abs(),
+        error / miss
+    );
     assert!(relative <= tolerance, "{case}: {name} = {value}, expected {expected}: misses by {relative:.1e}");
     assert!(miss <= error + doubt, "{case}: {name} misses by {miss:.1e}, but claims {error:.1e}");
     let useful = (100.0 * (miss + doubt)).max(1e-10 * expected.abs());

@@ -32,6 +32,18 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// No error at all, for a state that is known exactly.
+    pub fn none(disc: &Discretization) -> Self {
+        let per = |f: &dyn Fn(usize) -> usize| (0..disc.meshes.len()).map(|s| vec![0.0; f(s)]).collect::<Vec<_>>();
+        let segments = &disc.layout.segments;
+        Estimate {
+            delta: vec![0.0; disc.unknowns()],
+            quadratures: per(&|s| segments[s].coupled + segments[s].reported),
+            local: per(&|s| disc.intervals(s)),
+            injected: per(&|s| disc.intervals(s)),
+        }
+    }
+
     /// Estimates the error of `z`, a solution on `disc`, with factors that were taken near it.
     pub fn new<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], factors: &Linearization) -> Self {
         let layout = &disc.layout;
@@ -189,7 +201,7 @@ pub fn rounding<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], facto
             for j in 0..k {
                 let noise = problem.noise(s, x0 + h * disc.gauss.nodes[j]);
                 let slopes = &z[disc.k(s, i) + j * n..disc.k(s, i) + (j + 1) * n];
-                stages.extend(slopes.iter().map(|v| sign() * (noise + f64::EPSILON * v.abs())));
+                stages.extend(slopes.iter().map(|v| sign() * (noise + 2.0 * f64::EPSILON * v.abs())));
             }
             let y = &z[disc.y(s, i + 1)..disc.y(s, i + 1) + n];
             jumps.extend(y.iter().map(|v| sign() * f64::EPSILON * v.abs()));

@@ -2,6 +2,7 @@
 //! (Deuflhard, Newton Methods for Nonlinear Problems, 2004, sections 2.1 and 3.2).
 
 use super::assembly::{Singular, residual};
+use super::estimate::rounding;
 use super::{Discretization, Linearization, Problem, Residual, State};
 
 /// What was spent.
@@ -50,8 +51,8 @@ pub struct Newton {
 const KEEP: f64 = 0.25;
 /// The smallest damping factor tried.
 const LEAST_STEP: f64 = 1e-4;
-/// A correction below this that no longer shrinks is the rounding floor.
-const FLOOR: f64 = 1e-7;
+/// A correction that no longer shrinks counts as none if it is within this factor of the response to one sample of rounding errors.
+const NOISE: f64 = 30.0;
 
 impl Newton {
     /// Solves the discrete problem from `z`, in place. `kept` may hold factors from a neighbouring state and afterwards holds
@@ -67,6 +68,8 @@ impl Newton {
         kept: &mut Option<Linearization>,
         effort: &mut Effort,
     ) -> Result<(), Failure> {
+        let noise =
+            |factors: &Linearization, z: &[f64]| NOISE * norm(problem, disc, z, &rounding(problem, disc, z, factors));
         let mut r = Residual::default();
         let mut delta = vec![0.0; disc.unknowns()];
         let mut next = delta.clone();
@@ -106,11 +109,12 @@ impl Newton {
                     factors.solve(disc, &r, &mut next);
                     size_next = norm(problem, disc, &trial, &next);
                 }
-                let floor = size <= FLOOR && size_next <= FLOOR;
-                if size_next <= (1.0 - 0.25 * step) * size || floor {
+                let shrinks = size_next <= (1.0 - 0.25 * step) * size;
+                let floor = step == 1.0 && size_next > KEEP * size && size.max(size_next) <= noise(&factors, z);
+                if shrinks || floor {
                     z.copy_from_slice(&trial);
                     effort.iterations += 1;
-                    if step == 1.0 && (size_next <= self.tolerance || (floor && size_next > KEEP * size)) {
+                    if step == 1.0 && (size_next <= self.tolerance || floor) {
                         for (a, b) in z.iter_mut().zip(&next) {
                             *a += b;
                         }
@@ -160,8 +164,10 @@ impl Newton {
                 f64::NAN
             };
             let contraction = size / before;
-            let floor = before <= FLOOR && size <= FLOOR && contraction > KEEP;
-            if !(size <= KEEP * before || size <= self.tolerance || floor) {
+            let shrinks = size <= KEEP * before || size <= self.tolerance;
+            let floor =
+                !shrinks && before.max(size) <= NOISE * norm(problem, disc, z, &rounding(problem, disc, z, factors));
+            if !(shrinks || floor) {
                 if !last.is_empty() && !(size <= before) {
                     z.copy_from_slice(&last);
                 }

@@ -47,12 +47,53 @@ pub struct Body {
 pub struct Branch {
     /// Name of the control.
     pub control: String,
-    /// The values of the control at which states are reported, in order.
-    pub targets: Vec<f64>,
+    /// The values of the control at which states are reported.
+    pub steps: Steps,
     /// Quantities whose limit points are located.
     pub limit_points: Vec<String>,
     /// Named stops: lhs - rhs = 0.
     pub stops: Vec<(String, Formula)>,
+}
+
+/// Values of the control, in order.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Steps {
+    /// As listed.
+    Listed(Vec<f64>),
+    /// Equally spaced.
+    Spaced {
+        /// The first state reported; without it the initial state is reported and the steps follow.
+        from: Option<f64>,
+        /// The last one.
+        to: f64,
+        /// How many are reported, `from` and `to` included, the initial state not.
+        count: usize,
+        /// Equal ratios instead of equal differences.
+        log: bool,
+    },
+}
+
+impl Steps {
+    /// The values, given the control in the initial state.
+    pub fn targets(&self, start: f64) -> Vec<f64> {
+        match *self {
+            Steps::Listed(ref list) => list.clone(),
+            Steps::Spaced { from, to, count, log } => {
+                let (first, skip) = match from {
+                    Some(from) => (from, 0),
+                    None => (start, 1),
+                };
+                let last = count + skip - 1;
+                (skip..=last)
+                    .map(|i| match i as f64 / last.max(1) as f64 {
+                        _ if i == last => to,
+                        t if log => first * (to / first).powf(t),
+                        t => first + (to - first) * t,
+                    })
+                    .collect()
+            }
+        }
+    }
 }
 
 /// An expected value of independent origin.
@@ -322,44 +363,37 @@ fn branch(
         number.as_ref().and_then(|n| names.constant(n, &format!("/branch/{key}"), errors))
     };
     let (from, to) = (constant(&said.from, "from"), constant(&said.to, "to"));
-    let start = names.initial_value(control, initial).or(from);
-    let steps = said.steps.map_or(20, |s| s.get());
-    let mut targets = vec![];
-    if let Some(at) = &said.at {
-        for (i, n) in at.iter().enumerate() {
-            targets.extend(names.constant(n, &format!("/branch/at/{i}"), errors));
+    let count = said.steps.map_or(20, |s| s.get());
+    let log = said.spacing == spec::Spacing::Log;
+    let steps = if let Some(at) = &said.at {
+        if said.from.is_some() || said.to.is_some() || said.steps.is_some() {
+            errors.push(
+                Diagnostic::error("branch-at", "a branch has either a list `at` or `from`, `to` and `steps`")
+                    .at("/branch", "both are given"),
+            );
         }
+        let values = at.iter().enumerate();
+        Steps::Listed(values.filter_map(|(i, n)| names.constant(n, &format!("/branch/at/{i}"), errors)).collect())
     } else if let Some(to) = to {
-        // `from` is the first state reported; without it the initial state is where the steps start.
-        let (first, count, skip) = match (from, start) {
-            (Some(from), _) => (from, steps, 0),
-            (None, Some(start)) => (start, steps + 1, 1),
-            (None, None) => (to, 1, 0),
-        };
-        let log = said.spacing == spec::Spacing::Log;
-        if log && !(first * to > 0.0) {
+        if log && !from.or(names.initial_value(control, initial)).is_some_and(|first| first * to > 0.0) {
             errors.push(
                 Diagnostic::error(
                     "log-spacing",
                     "logarithmic spacing needs `from` and `to` of the same sign, not zero",
                 )
-                .at("/branch/spacing", format!("from {first} to {to}")),
+                .at("/branch/spacing", "not possible here"),
             );
         }
-        for i in skip..count {
-            let t = if count == 1 { 1.0 } else { i as f64 / (count - 1) as f64 };
-            targets.push(match (i + 1 == count, log) {
-                (true, _) => to,
-                (false, true) => first * (to / first).powf(t),
-                (false, false) => first + (to - first) * t,
-            });
+        Steps::Spaced { from, to, count, log }
+    } else {
+        if errors.len() == before {
+            errors.push(
+                Diagnostic::error("not-supported", "a branch without `to` or `at` cannot be followed by this version")
+                    .at("/branch", "say how far: `to: ..`"),
+            );
         }
-    } else if errors.len() == before {
-        errors.push(
-            Diagnostic::error("not-supported", "a branch without `to` or `at` cannot be followed by this version")
-                .at("/branch", "say how far: `to: ..`"),
-        );
-    }
+        Steps::Listed(vec![])
+    };
     let mut stops = vec![];
     for (name, equation) in &said.stops {
         let pointer = format!("/branch/stops/{}", token(name));
@@ -381,8 +415,8 @@ fn branch(
             );
         }
     }
-    system.closing = crate::system::Closing::Value { of, target: targets.first().copied().unwrap_or(0.0) };
-    Some(Branch { control: control.to_owned(), targets, limit_points, stops })
+    system.closing = crate::system::Closing::Value { of, target: 0.0 };
+    Some(Branch { control: control.to_owned(), steps, limit_points, stops })
 }
 
 fn quantities(problem: &Problem, names: &mut Names, system: &System, errors: &mut Vec<Diagnostic>) -> Vec<Quantity> {

@@ -1,7 +1,7 @@
 //! A problem explained: what is given, what is unknown, which equations are solved and where each comes from. Markdown.
 
 use super::number::plain;
-use crate::model::{Entry, Model};
+use crate::model::{Entry, Model, Steps};
 use crate::spec::{Number, Problem, convert};
 use crate::system::{Coordinate, Kind, Place};
 use comfy_table::{Table, presets};
@@ -135,13 +135,16 @@ fn segments(model: &Model, text: &mut String) {
 fn branch(problem: &Problem, model: &Model, text: &mut String) {
     let branch = &model.branch;
     let _ = write!(text, "\n## Branch\n\nControl: {}", code(&branch.control));
-    let t = &branch.targets;
-    let _ = match (t.first(), t.last()) {
-        (Some(first), Some(last)) if t.len() > 1 => {
-            writeln!(text, ", {} values from {} to {}.", t.len(), plain(*first), plain(*last))
+    let _ = match &branch.steps {
+        Steps::Listed(values) => {
+            let values: Vec<String> = values.iter().map(|v| plain(*v)).collect();
+            writeln!(text, " = {}.", values.join(", "))
         }
-        (Some(only), _) => writeln!(text, " = {}.", plain(*only)),
-        _ => writeln!(text, "."),
+        Steps::Spaced { from, to, count, log } => {
+            let from = from.map_or("the initial state".to_owned(), plain);
+            let spacing = if *log { ", in equal ratios" } else { "" };
+            writeln!(text, ", {count} values from {from} to {}{spacing}.", plain(*to))
+        }
     };
     if !branch.limit_points.is_empty() {
         let names: Vec<String> = branch.limit_points.iter().map(|n| code(n)).collect();

@@ -98,6 +98,9 @@ fn rows(report: &Report, text: &mut String) {
     }
     for (k, i) in columns(report).into_iter().enumerate() {
         let name = &model.quantities[i].name;
+        if points.iter().all(|p| p.solution.quantity(i).is_none()) {
+            continue;
+        }
         let cell = |p: &usize| match points[*p].solution.quantity(i) {
             Some(q) if k == 0 => plain(q.value),
             Some(q) => format(q.value, digits(q.value, q.error, DIGITS)),

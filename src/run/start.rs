@@ -5,9 +5,8 @@
 //! it, and the radius of the first contact is prescribed instead of the control. From there the bodies rise to their shapes.
 
 use super::state::{self, Halt, Work};
-use crate::bvp::{Discretization, Gauss, Problem, uniform};
+use crate::bvp::{Discretization, Estimate, Gauss, Problem, uniform};
 use crate::model::Model;
-use crate::physics::surface::Facing;
 use crate::solution::Solution;
 use crate::system::{Closing, Coordinate, Field, Formula, Kind, Place, Probe, Side, System};
 use std::sync::Arc;
@@ -16,6 +15,8 @@ use std::sync::Arc;
 const STAGES: usize = 5;
 /// Radius of the first contact, in radii of the inflated sphere.
 const FIRST_CONTACT: f64 = 0.1;
+/// Radius, in radii of the inflated sphere, of a contact that is none.
+const NO_CONTACT: f64 = 1e-9;
 /// Stretch of the first state of a membrane that starts without load.
 const FIRST_STRETCH: f64 = 1.02;
 
@@ -81,6 +82,13 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64) -> (Arc<Discreti
     (Arc::new(disc), z)
 }
 
+/// The initial state itself, in closed form: contacts of no size.
+pub(super) fn initial(model: &Model) -> Solution {
+    let (disc, z) = sample(model, model.initial.stretch, NO_CONTACT);
+    let nothing = vec![0.0; disc.unknowns()];
+    Solution::read(model, &disc, &z, &nothing, &Estimate::none(&disc), &nothing)
+}
+
 /// The first state: a small contact, or a small inflation where there is no contact.
 ///
 /// # Errors
@@ -121,12 +129,9 @@ pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
             }
         }
     };
-    let fail = |failure, system: &System, disc: &Discretization, z: &[f64]| {
-        let _ = (system, disc, z);
-        Halt::Newton { failure, worst: vec!["while the first contact was sought".into()] }
-    };
+    let fail = |failure| Halt::Newton { failure, worst: vec!["while the first contact was sought".into()] };
     raise(&mut system, 0.0);
-    newton.solve(&system, &disc, &mut z, &mut None, &mut work.effort).map_err(|f| fail(f, &system, &disc, &z))?;
+    newton.solve(&system, &disc, &mut z, &mut None, &mut work.effort).map_err(fail)?;
     // Rise of the bodies: as large a step as Newton takes, and the mesh follows.
     let (mut done, mut step) = (0.0, 1.0_f64);
     if steepest > 0.0 {
@@ -141,7 +146,7 @@ pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
                     done = next;
                     step *= 1.5;
                     if let Some(factors) = kept {
-                        let estimate = crate::bvp::Estimate::new(&system, &disc, &z, &factors);
+                        let estimate = Estimate::new(&system, &disc, &z, &factors);
                         let meshes = crate::bvp::equidistribute(&disc, &estimate, 1.0, 2);
                         let better = Discretization::new(disc.layout.clone(), disc.gauss.clone(), meshes);
                         z = disc.transfer(&z, &better);
@@ -151,13 +156,12 @@ pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
                 Err(f) => {
                     step *= 0.5;
                     if step < 1e-3 {
-                        return Err(fail(f, &system, &disc, &z));
+                        return Err(fail(f));
                     }
                 }
             }
         }
     }
     raise(&mut system, 1.0);
-    let _ = Facing::Down;
     state::solve(model, &system, &mut disc, &mut z, work)
 }

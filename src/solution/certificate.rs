@@ -168,7 +168,10 @@ fn patch_balance(model: &Model, view: &View, s: usize) -> (Carried, f64) {
     let p = piece.pressure.value(&|g| view.global(g));
     let (mut balance, mut size) = (Carried::from(0.0), 0.0_f64);
     for (side, sign) in [(Side::Start, -1.0), (Side::End, 1.0)] {
-        let tip = matches!((piece.coordinate, side), (Coordinate::FromTip(_), Side::Start) | (Coordinate::ToTip(_), Side::End));
+        let tip = matches!(
+            (piece.coordinate, side),
+            (Coordinate::FromTip(_), Side::Start) | (Coordinate::ToTip(_), Side::End)
+        );
         if let Some(m) = view.end(s, side).filter(|_| !tip) {
             let (push, pull) = (m.u() * m.u() * p * PI, m.rho0 * m.response.w_l * m.sin * (2.0 * PI));
             balance = balance + (push - pull) * sign;

@@ -160,9 +160,9 @@ impl Problem for System {
     }
 
     fn noise(&self, segment: usize, x: f64) -> f64 {
-        // The terms of (1) to (3) of the membrane are of order 1 in eta.
+        // The terms of (1) to (3) of the membrane are of order 1 in eta, and a few roundings go into each.
         let (a, b) = (-1.0, 1.0);
-        f64::EPSILON * self.pieces[segment].coordinate.at(x, a, b).1.abs().max(1.0)
+        4.0 * f64::EPSILON * self.pieces[segment].coordinate.at(x, a, b).1.abs().max(1.0)
     }
 
     fn global_scale(&self, _: usize, value: f64) -> f64 {

@@ -84,9 +84,12 @@ impl Law {
     pub fn response<S: Scalar>(&self, lambda: S, mu: S) -> Response<S> {
         let [w, l, m, ll, lm, mm, lll, llm, lmm, _] =
             self.energy(Jet::x(lambda.value()), Jet::y(mu.value())).derivatives();
+        // Beyond the locking of a law its energy is undefined, but the derivatives of its formula are not: without this a solution
+        // could run through infinity to the other side.
+        let w_l = if w.is_finite() { l } else { f64::NAN };
         Response {
             w: lift(w, l, m, lambda, mu),
-            w_l: lift(l, ll, lm, lambda, mu),
+            w_l: lift(w_l, ll, lm, lambda, mu),
             w_m: lift(m, lm, mm, lambda, mu),
             w_ll: lift(ll, lll, llm, lambda, mu),
             w_lm: lift(lm, llm, lmm, lambda, mu),
