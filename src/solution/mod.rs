@@ -118,9 +118,14 @@ impl Solution {
         self.worst(accuracy, |m| m.error)
     }
 
-    /// The same for the part that a finer mesh would reduce; infinite where a quantity is not a number.
+    /// The same for the part that a finer mesh would reduce, where it stands out from rounding; infinite where a quantity is not a
+    /// number.
     pub fn worst_discretisation(&self, accuracy: f64) -> f64 {
-        if self.undefined { f64::INFINITY } else { self.worst(accuracy, |m| m.discretisation).0 }
+        if self.undefined {
+            return f64::INFINITY;
+        }
+        let reducible = |m: &Measured| if m.discretisation > m.error - m.discretisation { m.discretisation } else { 0.0 };
+        self.worst(accuracy, reducible).0
     }
 
     fn worst(&self, accuracy: f64, error: impl Fn(&Measured) -> f64) -> (f64, usize) {
