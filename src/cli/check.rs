@@ -1,7 +1,9 @@
 //! `membrane check`.
 
-use super::{Exit, Format, Input, print, problem};
+use super::{Exit, Format, Input, print, problem, say};
+use membrane::diagnostic::{self, Diagnostic, Severity};
 use membrane::output::document::{self, Finding};
+use membrane::run::{Rank, rank};
 use std::fmt::Write;
 
 /// Arguments.
@@ -22,10 +24,28 @@ pub fn check(options: &Options) -> Exit {
     let (mut findings, mut text, mut exit) = (vec![], String::new(), Exit::Done);
     for file in &options.files {
         match problem::understand(file, &options.input) {
-            Ok((_, model)) => {
+            Ok((document, model)) => {
+                let rank = rank(&model);
+                let verdict = verdict(&rank);
                 let (unknowns, conditions) = (model.ledger.unknowns.len(), model.ledger.conditions.len());
-                let _ = writeln!(text, "{file}: ok, {unknowns} unknowns and {conditions} conditions");
-                findings.push(Finding::clean(file, model));
+                let counted = format!("{unknowns} unknowns and {conditions} conditions");
+                let mut finding = Finding::clean(file, model, rank);
+                match verdict {
+                    None => {
+                        let _ = writeln!(text, "{file}: ok, {counted}, independent");
+                    }
+                    Some(diagnostic) => {
+                        if diagnostic.severity == Severity::Error {
+                            exit = Exit::Refused;
+                        }
+                        let _ = writeln!(text, "{file}: {counted}");
+                        finding.complain(std::slice::from_ref(&diagnostic), &document);
+                        if options.format == Format::Text {
+                            say(&diagnostic::render(&[diagnostic], &document, false));
+                        }
+                    }
+                }
+                findings.push(finding);
             }
             Err(refusals) => {
                 exit = Exit::Refused;
@@ -44,4 +64,30 @@ pub fn check(options: &Options) -> Exit {
         Format::Json => print(&format!("{:#}\n", document::check(&findings)), exit),
         Format::Text => print(&text, exit),
     }
+}
+
+/// What there is to say about the rank, if anything.
+fn verdict(rank: &Rank) -> Option<Diagnostic> {
+    match rank.deficiency {
+        Some(0) => None,
+        Some(_) => {
+            let message = format!(
+                "the conditions do not determine the solution: one of {} follows from the others",
+                names(&rank.dependent)
+            );
+            Some(
+                Diagnostic::error("dependent-condition", message)
+                    .at("/meridian", "the count closes, the rank does not")
+                    .help(format!("left free: {}", names(&rank.free))),
+            )
+        }
+        None => Some(
+            Diagnostic::warning("rank-unknown", "no state was found at which the conditions could be examined")
+                .help("`membrane run` says where it fails"),
+        ),
+    }
+}
+
+fn names(list: &[String]) -> String {
+    list.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")
 }

@@ -19,7 +19,8 @@ pub trait Scope {
     /// The node of a name, which stands at `span`.
     ///
     /// # Errors
-    /// That the name means nothing here; code `unknown-name` unless the scope knows better.
+    /// That the name means nothing here; code `unknown-name` unless the scope knows better. An empty list says that it cannot be
+    /// used and that the reason is given elsewhere.
     fn name(&mut self, builder: &mut Builder, name: &str, span: Range<usize>) -> Result<Node, Vec<ExprError>>;
 
     /// The node of a call of a dotted name. `span` is the whole call; the name itself is its first `name.len()` bytes.
@@ -203,6 +204,8 @@ impl Builder {
     /// All mistakes in it that the scope finds, in the order of the text (after 20 the rest is not looked at).
     pub fn add(&mut self, expr: &Expr, scope: &mut dyn Scope) -> Result<Node, Vec<ExprError>> {
         let mut errors = Vec::new();
+        // A scope may fail without an error, where what is wrong was said elsewhere.
+        let mut failed = false;
         // Stand-in for what could not be built, so that the rest is looked at too.
         let unknown = Node(0);
         let mut nodes: Vec<Node> = Vec::with_capacity(expr.parts().len());
@@ -210,7 +213,7 @@ impl Builder {
             if errors.len() >= Builder::MAX_ERRORS {
                 break;
             }
-            let whole = errors.is_empty();
+            let whole = !failed;
             let node = match &part.term {
                 Term::Number { value, unit: None } => self.constant(*value),
                 Term::Number { value, unit: Some(unit) } => match unit.to_radians(*value) {
@@ -218,6 +221,7 @@ impl Builder {
                     None => match scope.unit(unit) {
                         Ok(factor) => self.constant(value * factor),
                         Err(error) => {
+                            failed = true;
                             errors.push(error);
                             unknown
                         }
@@ -225,11 +229,13 @@ impl Builder {
                 },
                 Term::Pi => self.constant(PI),
                 Term::Name(name) => scope.name(self, name, part.span.clone()).unwrap_or_else(|new| {
+                    failed = true;
                     errors.extend(new);
                     unknown
                 }),
                 Term::Call { name, arguments } => {
                     scope.call(self, name, arguments, part.span.clone()).unwrap_or_else(|new| {
+                        failed = true;
                         errors.extend(new);
                         unknown
                     })
@@ -251,7 +257,7 @@ impl Builder {
             nodes.push(node);
         }
         match nodes.last() {
-            Some(&node) if errors.is_empty() => Ok(node),
+            Some(&node) if !failed => Ok(node),
             _ => Err(errors),
         }
     }

@@ -309,6 +309,9 @@ impl<'a> Names<'a> {
         let probes = binder.probes;
         if nodes.len() < sides.len() {
             errors.extend(formula_errors(pointer, wrong));
+            if errors.is_empty() {
+                errors.push(Diagnostic::error("unusable", "this depends on a formula that is wrong").at(pointer, ""));
+            }
             return None;
         }
         let node = match nodes[..] {
@@ -374,6 +377,15 @@ impl<'a> Names<'a> {
         }
         self.used.extend(self.touched.borrow_mut().drain());
         Some((builder.finish(), globals))
+    }
+
+    /// Reads every definition for its own mistakes. One that uses the local state is a field, which has a meaning only at a place.
+    pub fn definitions(&mut self, system: &System, errors: &mut Vec<Diagnostic>) {
+        for (name, number) in &self.problem.definitions {
+            let mut own = vec![];
+            self.number(system, number, &format!("/definitions/{}", token(name)), &mut own);
+            errors.extend(own.into_iter().filter(|d| d.code != "field-without-place"));
+        }
     }
 
     fn known(&self) -> Vec<&str> {
@@ -783,10 +795,13 @@ impl Scope for Binder<'_, '_> {
                     let bound = builder.add(&parsed, self);
                     self.stack.pop();
                     bound.map_err(|errors| {
-                        let first = errors.first().map_or(String::new(), |e| format!(": {}", e.message));
-                        let cyclic = errors.iter().any(|e| e.code == "cyclic");
-                        let code = if cyclic { "cyclic" } else { "in-definition" };
-                        vec![ExprError::new(code, span, format!("the {what} `{name}` cannot be used here{first}"))]
+                        // Its own mistakes are reported at its own place; what depends on where it is used, here.
+                        let here = ["cyclic", "field-without-place", "not-constant"];
+                        let found = errors.iter().find(|e| here.contains(&e.code));
+                        found.map_or(vec![], |e| {
+                            let message = format!("the {what} `{name}` cannot be used here: {}", e.message);
+                            vec![ExprError::new(e.code, span, message)]
+                        })
                     })?
                 }
             };

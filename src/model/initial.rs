@@ -178,6 +178,14 @@ pub fn resolve(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -
         }
     };
     let unloaded = problem.initial == spec::Initial::Unloaded;
+    if !unloaded && problem.fluid.is_none() {
+        errors.push(
+            Diagnostic::error("no-fluid", "nothing holds the inflated initial state: the file has no fluid")
+                .at("/initial", "inflated, by what?")
+                .help("fluid: Incompressible, Pressure(..), Volume(..), Compressible(..), IdealGas(..), Osmotic(..), Law(..)"),
+        );
+        return None;
+    }
     if !unloaded && !(stretch > 1.0 + 1e-6) {
         let (radius, r0) = (reference.radius, stretch * reference.radius);
         refuse(

@@ -183,6 +183,8 @@ pub fn resolve(problem: &Problem) -> Result<Model, Vec<Diagnostic>> {
     let meridian::Walk { mut names, mut system, mut ledger, globals, initial_globals, mut bodies, images, heights } =
         walk;
 
+    names.definitions(&system, &mut errors);
+
     // Fluid, constraints, branch: the conditions that belong to no place.
     fluid(problem, &mut names, &initial, &mut system, &mut ledger, images, &mut errors);
     for (name, equation) in &problem.constraints {

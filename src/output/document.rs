@@ -3,6 +3,7 @@
 use super::{Report, reason, resolved};
 use crate::diagnostic::{self, Diagnostic, Locate};
 use crate::model::{Entry, Model};
+use crate::run::Rank;
 use crate::run::{Event, Point, Status};
 use crate::solution::{self, Solution};
 use serde_json::{Map, Value, json};
@@ -104,12 +105,14 @@ pub struct Finding {
     pub diagnostics: Vec<Value>,
     /// The problem, where it is one.
     pub model: Option<Model>,
+    /// Whether its conditions determine its unknowns.
+    pub rank: Rank,
 }
 
 impl Finding {
     /// A file that means something.
-    pub fn clean(file: &str, model: Model) -> Finding {
-        Finding { file: file.into(), diagnostics: vec![], model: Some(model) }
+    pub fn clean(file: &str, model: Model, rank: Rank) -> Finding {
+        Finding { file: file.into(), diagnostics: vec![], model: Some(model), rank }
     }
 
     /// Adds complaints.
@@ -129,7 +132,8 @@ impl Finding {
     }
 
     fn rank(&self) -> Value {
-        json!({ "deficiency": null, "dependent": [], "free": [], "closing": [] })
+        let r = &self.rank;
+        json!({ "deficiency": r.deficiency, "dependent": r.dependent, "free": r.free, "closing": r.closing })
     }
 }
 

@@ -175,13 +175,13 @@ fn trust(report: &Report, text: &mut String) {
     };
     let _ = write!(
         text,
-        "Relative mismatch at most: first integrals {}, balance of forces {}, virtual work {}",
+        "Relative mismatch: first integrals {}, forces {}, virtual work {}",
         most(|c| c.first_integral),
         most(|c| c.force_balance),
         most(|c| c.virtual_work)
     );
     if !model.identities.is_empty() {
-        let _ = write!(text, ", declared identities {}", most(|c| c.identities));
+        let _ = write!(text, ", identities {}", most(|c| c.identities));
     }
     let wrong = points.iter().filter(|p| !p.solution.certificate.is_admissible()).count();
     let _ = match wrong {

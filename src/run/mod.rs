@@ -4,9 +4,11 @@
 //! branch through what was asked.
 
 mod clock;
+mod rank;
 mod start;
 mod state;
 mod trace;
 
+pub use rank::{Rank, rank};
 pub use state::{Halt, Work};
 pub use trace::{Event, Outcome, Point, Reason, Request, Status, run};

@@ -124,7 +124,8 @@ impl Solution {
         if self.undefined {
             return f64::INFINITY;
         }
-        let reducible = |m: &Measured| if m.discretisation > m.error - m.discretisation { m.discretisation } else { 0.0 };
+        let reducible =
+            |m: &Measured| if m.discretisation > m.error - m.discretisation { m.discretisation } else { 0.0 };
         self.worst(accuracy, reducible).0
     }
 
