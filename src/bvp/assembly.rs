@@ -260,14 +260,15 @@ impl Linearization {
     }
 
     /// The solution of (Jacobian at `z`) delta = -residual by iterative refinement: the factors may be those of a neighbouring
-    /// state, the Jacobian is applied exactly, as the derivative of the residual along delta. Returns how much the last
-    /// refinement still changed, relative to delta.
+    /// state, the Jacobian is applied exactly, as the derivative of the residual along delta. It
+    /// ends when a refinement changes less than `tolerance` of delta; returns that change.
     pub fn solve_refined<P: Problem>(
         &self,
         problem: &P,
         disc: &Discretization,
         z: &[f64],
         residual: &Residual,
+        tolerance: f64,
         delta: &mut [f64],
     ) -> f64 {
         self.solve(disc, residual, delta);
@@ -286,7 +287,7 @@ impl Linearization {
             }
             delta.iter_mut().zip(&correction).for_each(|(a, b)| *a += b);
             change = next;
-            if change < 1e-13 {
+            if change < tolerance {
                 break;
             }
         }

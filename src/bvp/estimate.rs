@@ -132,7 +132,7 @@ impl Estimate {
             })
             .collect();
         let mut delta = vec![0.0; disc.unknowns()];
-        factors.solve_refined(problem, disc, z, &rhs, &mut delta);
+        factors.solve_refined(problem, disc, z, &rhs, 1e-3, &mut delta);
         Estimate { delta, quadratures: defects, local, injected }
     }
 

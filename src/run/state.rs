@@ -132,7 +132,7 @@ fn tangent(system: &System, disc: &Discretization, z: &[f64], factors: &Lineariz
     let mut rhs = Residual::zero(disc);
     *rhs.conditions.last_mut().expect("a closing condition") = -1.0;
     let mut delta = vec![0.0; disc.unknowns()];
-    factors.solve_refined(system, disc, z, &rhs, &mut delta);
+    factors.solve_refined(system, disc, z, &rhs, 1e-9, &mut delta);
     delta
 }
 

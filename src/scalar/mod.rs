@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | `f64` | the value | residuals, output |
 //! | [`Dual<N>`] | N first directional derivatives | Jacobians |
-//! | [`Jet`] | all partial derivatives up to order 3 in two variables | energies w(lambda, mu) |
+//! | [`Jet<N>`](Jet) | all partial derivatives up to order 2 or 3 in two variables | energies w(lambda, mu) |
 //!
 //! This module knows no membrane and no mesh.
 
@@ -37,6 +37,9 @@ pub trait Scalar:
     + Mul<f64, Output = Self>
     + Div<f64, Output = Self>
 {
+    /// True if derivatives are carried; where not, nothing needs to be computed for them.
+    const CARRIES: bool = true;
+
     /// The value without its derivatives.
     fn value(self) -> f64;
 
@@ -155,6 +158,8 @@ pub trait Scalar:
 }
 
 impl Scalar for f64 {
+    const CARRIES: bool = false;
+
     #[inline(always)]
     fn value(self) -> f64 {
         self

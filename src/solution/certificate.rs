@@ -122,6 +122,7 @@ impl Certificate {
         };
         for (s, piece) in model.system.pieces.iter().enumerate() {
             let p = piece.pressure.value(&|g| view.global(g)).re;
+            let heights = heights(model, view, s);
             for (i, m) in mesh_points(model, view, s) {
                 let scale = m.w_l.abs().max(m.w_m.abs());
                 if m.w_l < -TOLERANCE * scale {
@@ -138,9 +139,7 @@ impl Certificate {
                         }
                     }
                     Kind::Free => {
-                        let Some(h) = view.value(&model.heights[s]).map(|h| h.re + fall(model, view, s, i)) else {
-                            continue;
-                        };
+                        let h = heights[i];
                         for body in &model.bodies {
                             let Some(apex) = view.value(&body.h) else { continue };
                             let face = apex.re + body.face.drop(m.u);
@@ -217,33 +216,30 @@ fn integrated_force(model: &Model, view: &View, s: usize) -> f64 {
     force
 }
 
-/// The axial way from the start of a piece to mesh point `i`.
-fn fall(model: &Model, view: &View, s: usize, i: usize) -> f64 {
+/// The axial position at each mesh point of a free piece; empty on a face, which knows it from the radius.
+pub(super) fn heights(model: &Model, view: &View, s: usize) -> Vec<f64> {
     let system = &model.system;
     let piece = &system.pieces[s];
+    if !matches!(piece.kind, Kind::Free) {
+        return vec![];
+    }
+    let Some(start) = view.value(&model.heights[s]) else { return vec![] };
     let disc = view.disc;
     let (n, k) = (piece.kind.states(), disc.gauss.stages());
     let p: Vec<f64> = piece.parameters().iter().map(|&g| view.global(g).re).collect();
     let mut out = vec![0.0; n + piece.kind.coupled()];
-    let mut sum = 0.0;
-    for interval in 0..i {
-        let h = disc.width(s, interval);
-        let (y0, slopes) = (disc.y(s, interval), disc.k(s, interval));
+    let mut h = start.re;
+    let mut list = vec![h];
+    for i in 0..disc.intervals(s) {
+        let (x0, width) = (disc.meshes[s][i], disc.width(s, i));
         for j in 0..k {
-            let y: Vec<f64> = (0..n)
-                .map(|c| {
-                    view.unknown(y0 + c).re
-                        + (0..k)
-                            .map(|l| h * disc.gauss.integrate[j * k + l] * view.unknown(slopes + l * n + c).re)
-                            .sum::<f64>()
-                })
-                .collect();
-            let x = disc.meshes[s][interval] + h * disc.gauss.nodes[j];
-            piece.flow(&system.reference, &system.law, x, &y, &p, &mut out);
-            sum += h * disc.gauss.weights[j] * out[n];
+            let y: Vec<f64> = view.interpolate(s, i, disc.gauss.nodes[j], n).iter().map(|v| v.re).collect();
+            piece.flow(&system.reference, &system.law, x0 + width * disc.gauss.nodes[j], &y, &p, &mut out);
+            h += width * disc.gauss.weights[j] * out[n];
         }
+        list.push(h);
     }
-    sum
+    list
 }
 
 /// The membrane at a mesh point, plain numbers.

@@ -1,5 +1,6 @@
 //! The membrane along its meridian, at the points of the mesh.
 
+use super::certificate::heights;
 use super::{Carried, Solution, View};
 use crate::model::Model;
 use crate::system::Kind;
@@ -43,15 +44,14 @@ pub fn profile(model: &Model, solution: &Solution) -> Vec<Row> {
         let pressure = piece.pressure.value(&|g| view.global(g)).re;
         let n = piece.kind.states();
         let apex = model.bodies.iter().find(|body| body.pieces.contains(&s)).and_then(|body| view.value(&body.h));
-        let start = view.value(&model.heights[s]).map_or(f64::NAN, |h| h.re);
-        let mut fall = 0.0;
+        let heights = heights(model, &view, s);
         for i in 0..=disc.intervals(s) {
             let y = &solution.state[disc.y(s, i)..disc.y(s, i) + n];
             let eta = piece.coordinate.at(disc.meshes[s][i], a, b).0;
             let m = piece.local(&system.reference, &system.law, eta, y);
             let phi = system.reference.phi(eta);
             let (tau, h, p_c) = match &piece.kind {
-                Kind::Free => (y[2], start + fall, None),
+                Kind::Free => (y[2], heights[i], None),
                 Kind::Contact(face) => {
                     let p_c = if m.rho0 > 0.0 { m.contact_pressure(pressure, 0.0) } else { pressure };
                     (face.tangent(m.u()), apex.map_or(f64::NAN, |h| h.re) + face.drop(m.u()), Some(p_c))
@@ -70,32 +70,7 @@ pub fn profile(model: &Model, solution: &Solution) -> Vec<Row> {
                 w_m: m.response.w_m,
                 p_c,
             });
-            if matches!(piece.kind, Kind::Free) && i < disc.intervals(s) {
-                fall += fall_over(model, solution, s, i, &p);
-            }
         }
     }
     rows
-}
-
-/// The axial way over one interval of a free piece.
-fn fall_over(model: &Model, solution: &Solution, s: usize, interval: usize, p: &[f64]) -> f64 {
-    let (system, disc) = (&model.system, &*solution.disc);
-    let piece = &system.pieces[s];
-    let (n, k) = (piece.kind.states(), disc.gauss.stages());
-    let h = disc.width(s, interval);
-    let (y0, slopes) = (disc.y(s, interval), disc.k(s, interval));
-    let mut out = vec![0.0; n + piece.kind.coupled()];
-    let mut sum = 0.0;
-    for j in 0..k {
-        let stage = |c: usize| {
-            let inner: f64 = (0..k).map(|l| disc.gauss.integrate[j * k + l] * solution.state[slopes + l * n + c]).sum();
-            solution.state[y0 + c] + h * inner
-        };
-        let y: Vec<f64> = (0..n).map(stage).collect();
-        let x = disc.meshes[s][interval] + h * disc.gauss.nodes[j];
-        piece.flow(&system.reference, &system.law, x, &y, p, &mut out);
-        sum += h * disc.gauss.weights[j] * out[n];
-    }
-    sum
 }

@@ -82,8 +82,12 @@ impl Law {
     /// Energy, tensions and stiffnesses, with the derivatives that the stretches carry.
     #[inline(always)]
     pub fn response<S: Scalar>(&self, lambda: S, mu: S) -> Response<S> {
-        let [w, l, m, ll, lm, mm, lll, llm, lmm, _] =
-            self.energy(Jet::x(lambda.value()), Jet::y(mu.value())).derivatives();
+        let (x, y) = (lambda.value(), mu.value());
+        let [w, l, m, ll, lm, mm, lll, llm, lmm, _] = if S::CARRIES {
+            self.energy(Jet::<10>::x(x), Jet::y(y)).derivatives()
+        } else {
+            self.energy(Jet::<6>::x(x), Jet::y(y)).derivatives()
+        };
         // Beyond the locking of a law its energy is undefined, but the derivatives of its formula are not: without this a solution
         // could run through infinity to the other side.
         let w_l = if w.is_finite() { l } else { f64::NAN };
@@ -103,7 +107,7 @@ impl Law {
 
     /// The small-strain moduli in the reference state.
     pub fn moduli(&self) -> Moduli {
-        let [_, _, _, ll, lm, ..] = self.energy(Jet::x(1.0), Jet::y(1.0)).derivatives();
+        let [_, _, _, ll, lm, ..] = self.energy(Jet::<6>::x(1.0), Jet::y(1.0)).derivatives();
         // Isotropic plane stress: w_ll = E/(1 - nu^2), w_lm = nu E/(1 - nu^2).
         let poisson = lm / ll;
         Moduli { shear: 0.5 * (ll - lm), area: 0.5 * (ll + lm), young: ll * (1.0 - poisson * poisson), poisson }
