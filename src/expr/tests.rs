@@ -430,11 +430,11 @@ fn jets_carry_the_derivatives_of_energies_to_third_order() {
         names.definitions.insert("I1", i1);
         let node = builder.add(&parse(text).unwrap(), &mut names).unwrap();
         builder.output(node);
-        run(&builder.finish(), &[Jet::x(x), Jet::y(y)]).derivatives()
+        run(&builder.finish(), &[Jet::<10>::x(x), Jet::y(y)]).derivatives()
     };
     // Derivatives of x^a y^b are falling factorials times powers.
     let monomial = |c: f64, a: i32, b: i32| {
-        Jet::MONOMIALS.map(|(i, j)| {
+        Jet::<10>::MONOMIALS.map(|(i, j)| {
             let falling = |n: i32, k: u8| (0..i32::from(k)).map(|m| f64::from(n - m)).product::<f64>();
             c * falling(a, i) * falling(b, j) * x.powi(a - i32::from(i)) * y.powi(b - i32::from(j))
         })
@@ -461,7 +461,7 @@ fn jets_carry_the_derivatives_of_energies_to_third_order() {
         "lambda^2.5 + exp((lambda^2 + mu^2 + 1/(lambda*mu)^2 - 3)^2) - ln(1 - (lambda - mu)^2/2) + mu^lambda",
         &["lambda", "mu"],
     );
-    let at = |x: f64, y: f64| run(&fung, &[Jet::x(x), Jet::y(y)]).derivatives();
+    let at = |x: f64, y: f64| run(&fung, &[Jet::<10>::x(x), Jet::y(y)]).derivatives();
     let (d, step) = (at(x, y), 1e-4);
     let along = |dx: f64, dy: f64| -> [f64; 10] {
         let (p, m) = (at(x + dx * step, y + dy * step), at(x - dx * step, y - dy * step));
@@ -690,7 +690,7 @@ fn timing() {
         });
     }
     let energy = tape("0.5*(lambda^2+mu^2+(lambda*mu)^-2-3)", &["lambda", "mu"]);
-    let jets = [Jet::x(1.2), Jet::y(0.9)];
+    let jets = [Jet::<10>::x(1.2), Jet::y(0.9)];
     let (mut work, mut out) = (Vec::new(), [Jet::from(0.0)]);
     let start = Instant::now();
     (0..1_000_000).for_each(|_| energy.eval(black_box(&jets), &mut work, &mut out));
