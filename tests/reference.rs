@@ -6,8 +6,16 @@ use membrane::spec::{Document, Source, Syntax};
 use membrane::{model, run};
 use serde_json::Value;
 
-/// Digits of the reference values of a case, as a relative error.
-fn solve(file: &str, set: &[(&str, String)], at: (&str, f64)) -> Vec<(String, f64, f64)> {
+/// The quantities of a state: name, value, claimed error.
+type Found = Vec<(String, f64, f64)>;
+
+/// The state of a problem file in which a quantity has a value; the last one, where there are several.
+fn solve(file: &str, set: &[(&str, String)], at: (&str, f64)) -> Found {
+    solve_all(file, set, at).pop().expect("a state")
+}
+
+/// All states in which a quantity has a value.
+fn solve_all(file: &str, set: &[(&str, String)], at: (&str, f64)) -> Vec<Found> {
     let text = std::fs::read_to_string(file).unwrap();
     let mut document = Document::read(Source { name: file.into(), text, syntax: Syntax::Ron }).unwrap();
     for (key, value) in set {
@@ -21,12 +29,13 @@ fn solve(file: &str, set: &[(&str, String)], at: (&str, f64)) -> Vec<(String, f6
             &mut |_, _| std::ops::ControlFlow::Continue(()),
         );
     assert_eq!(outcome.status, Status::Complete, "{file} {set:?} {at:?}");
-    let solution = &outcome.points[0].solution;
-    model
-        .quantities
+    outcome
+        .points
         .iter()
-        .zip(&solution.quantities)
-        .filter_map(|(q, m)| m.map(|m| (q.name.clone(), m.value, m.error)))
+        .map(|p| {
+            let pairs = p.model.quantities.iter().zip(&p.solution.quantities);
+            pairs.filter_map(|(q, m)| m.map(|m| (q.name.clone(), m.value, m.error))).collect()
+        })
         .collect()
 }
 
@@ -109,4 +118,56 @@ fn flat_plates() {
             compare(&format!("hbar {hbar}"), ours, &found, number(&step[theirs]), 1e-10, 2e-14);
         }
     }
+}
+
+#[test]
+fn micropipette() {
+    let data: Value = serde_json::from_str(include_str!("data/reference/micropipette.json")).unwrap();
+    let cases = data["cases"].as_array().unwrap();
+    let mut seen = 0;
+    for case in cases {
+        let id = format!("{} {}", case["id"].as_str().unwrap(), case["tag"].as_str().unwrap());
+        let control = case["control"].as_array().unwrap().last().unwrap();
+        let (name, target) = (control["name"].as_str().unwrap(), number(&control["value"]));
+        let stuck = case["closure"].as_str().unwrap().starts_with("stick");
+        let mut set = vec![("r0", case["r0"].to_string()), ("rhobar", case["rhobar"].to_string())];
+        if case["material"] == "Mooney-Rivlin" {
+            set.push(("material", format!("MooneyRivlin(c1: {}, c2: {})", case["C1"], case["C2"])));
+        }
+        if case["fluid"] == "compressible" {
+            set.push(("fluid", format!("Compressible(bulk_modulus: {})", case["K"])));
+        }
+        let at = if name == "tau2" { ("L", number(&case["L"])) } else { (name, target) };
+        let file = if stuck { "problems/micropipette_stuck.ron" } else { "problems/micropipette.ron" };
+        let states = solve_all(file, &set, at);
+        // A pressure may be met on the rising and on the falling side: the state of the reference's L is meant.
+        let near = |f: &Found| (f.iter().find(|q| q.0 == "L").unwrap().1 - number(&case["L"])).abs();
+        let found = states.into_iter().min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();
+        let digits = number(&case["rel_err_estimate"]).max(2e-12);
+        for (ours, theirs) in [
+            ("dP", "dP"),
+            ("p_f", "p_f"),
+            ("L", "L"),
+            ("phi_c1", "phi_c1"),
+            ("phi_c2", "phi_c2"),
+            ("tau_in", "tau_in"),
+            ("tau_out", "tau_out"),
+            ("lambda_in", "lambda_in"),
+            ("lambda_out", "lambda_out"),
+            ("wall_area", "wall_area"),
+            ("energy", "energy"),
+        ] {
+            let expected = number(&case[theirs]);
+            if name == "tau2" {
+                // At the end dP has a double zero in L, and L is known to 13 digits: only values that do not turn there compare.
+                if ["p_f", "energy", "wall_area"].contains(&ours) {
+                    compare(&id, ours, &found, expected, 1e-6, 1e-6);
+                }
+            } else if expected != 0.0 {
+                compare(&id, ours, &found, expected, 1e-8, digits);
+            }
+        }
+        seen += 1;
+    }
+    assert!(seen >= 35);
 }

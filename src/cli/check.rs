@@ -1,7 +1,7 @@
 //! `membrane check`.
 
-use super::{Exit, Format, Input, print, problem, say};
-use membrane::diagnostic::{self, Diagnostic, Severity};
+use super::{Exit, Format, Input, complain, print, problem};
+use membrane::diagnostic::{Diagnostic, Severity};
 use membrane::output::document::{self, Finding};
 use membrane::run::{Rank, rank};
 use std::fmt::Write;
@@ -41,7 +41,7 @@ pub fn check(options: &Options) -> Exit {
                         let _ = writeln!(text, "{file}: {counted}");
                         finding.complain(std::slice::from_ref(&diagnostic), &document);
                         if options.format == Format::Text {
-                            say(&diagnostic::render(&[diagnostic], &document, false));
+                            complain(&[diagnostic], &document);
                         }
                     }
                 }

@@ -58,7 +58,7 @@ Exit codes: 0 all that was asked for was solved; 1 a valid problem, not (wholly)
 enum Command {
     /// Solve what a problem file declares.
     Run(run::Options),
-    /// Say what is wrong with problem files, without solving them.
+    /// Say what is wrong with problem files: words, meaning, count of unknowns and conditions, rank.
     Check(check::Options),
     /// Write the segments, equations, unknowns and conditions of a problem as Markdown.
     Explain {

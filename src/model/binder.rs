@@ -28,6 +28,19 @@ pub struct PieceName {
     pub h0: Option<usize>,
 }
 
+/// A joint with a name.
+#[derive(Clone, Debug)]
+pub struct JointName {
+    /// Its name.
+    pub name: String,
+    /// The body whose edge it is, as an index into the bodies of the file.
+    pub body: Option<usize>,
+    /// The piece before it.
+    pub before: usize,
+    /// The piece after it.
+    pub after: usize,
+}
+
 /// Everything that has a name.
 pub struct Names<'a> {
     problem: &'a Problem,
@@ -41,6 +54,10 @@ pub struct Names<'a> {
     pub fluid_pressure: Option<usize>,
     /// The pieces in walking order.
     pub pieces: Vec<PieceName>,
+    /// The joints that have names.
+    pub joints: Vec<JointName>,
+    /// Names of segments and joints that are absent in this stage.
+    pub absent: Vec<String>,
     /// 2 where the model is half of the membrane.
     pub images: f64,
     shapes: Vec<Piece>,
@@ -72,6 +89,8 @@ impl<'a> Names<'a> {
             unknowns: HashMap::new(),
             fluid_pressure: None,
             pieces: vec![],
+            joints: vec![],
+            absent: vec![],
             images: 1.0,
             shapes: vec![],
             used: HashSet::new(),
@@ -132,11 +151,32 @@ impl<'a> Names<'a> {
     }
 
     /// Pieces, once they are known.
-    pub fn with_pieces(mut self, pieces: Vec<PieceName>, shapes: Vec<Piece>, images: f64) -> Self {
+    pub fn with_pieces(
+        mut self,
+        pieces: Vec<PieceName>,
+        joints: Vec<JointName>,
+        absent: Vec<String>,
+        shapes: Vec<Piece>,
+        images: f64,
+    ) -> Self {
         self.pieces = pieces;
+        self.joints = joints;
+        self.absent = absent;
         self.shapes = shapes;
         self.images = images;
         self
+    }
+
+    /// The initial state, with the pressure outside.
+    pub fn surrounded(&mut self, outside: f64) -> Option<Initial> {
+        let initial = self.initial.as_mut()?;
+        initial.outside = outside;
+        Some(initial.clone())
+    }
+
+    /// The pieces themselves.
+    pub fn shapes(&self) -> &[Piece] {
+        &self.shapes
     }
 
     /// Parameters as they are reported.
@@ -228,7 +268,7 @@ impl<'a> Names<'a> {
     /// The initial value of an unknown, or of the pressure of the fluid.
     pub fn initial_value(&self, name: &str, initial: &Initial) -> Option<f64> {
         if name == "p_f" {
-            return Some(initial.pressure);
+            return Some(initial.pressure + initial.outside);
         }
         self.initial_values.get(name).copied()
     }
@@ -441,7 +481,7 @@ impl<'n, 'a> Binder<'n, 'a> {
     }
 
     /// The number of a body's position.
-    fn body_h(&mut self, builder: &mut Builder, body: usize) -> Bound {
+    pub fn body_h(&mut self, builder: &mut Builder, body: usize) -> Bound {
         let number = &self.names.problem.bodies[body].h;
         match number {
             Number::Value(v) => Ok(builder.constant(*v)),
@@ -467,7 +507,7 @@ impl<'n, 'a> Binder<'n, 'a> {
     /// Axial position of an end of a piece.
     pub fn h(&mut self, builder: &mut Builder, piece: usize, side: Side) -> Bound {
         let info = &self.names.pieces[piece];
-        if let Some(body) = info.body {
+        if let (Some(body), None) = (info.body, info.h0) {
             let apex = self.body_h(builder, body)?;
             let drop = match (self.names.shapes[piece].coordinate, side) {
                 (Coordinate::FromTip(_), Side::Start) | (Coordinate::ToTip(_), Side::End) => builder.constant(0.0),
@@ -524,7 +564,7 @@ impl<'n, 'a> Binder<'n, 'a> {
         }
         let down = match &shape.kind {
             Kind::Contact(face) => face.facing == crate::physics::surface::Facing::Down,
-            Kind::Free => true,
+            _ => true,
         };
         Ok(if down { total } else { builder.neg(total) })
     }
@@ -546,7 +586,7 @@ impl<'n, 'a> Binder<'n, 'a> {
 
     /// Sums over pieces: `energy`, `area`, `volume`.
     fn over(&mut self, builder: &mut Builder, pieces: &[usize], what: &str) -> Option<Node> {
-        let kind = |names: &Names, s: usize| matches!(names.shapes[s].kind, Kind::Free);
+        let kind = |names: &Names, s: usize| names.shapes[s].kind.coupled() > 0;
         Some(match what {
             "energy" => self.sum_of(builder, pieces, |_, s| Probe::Reported(s, 0)),
             "area" => self.sum_of(builder, pieces, |_, s| Probe::Reported(s, 1)),
@@ -562,7 +602,8 @@ impl<'n, 'a> Binder<'n, 'a> {
             return Err(ExprError::new("no-initial", span, "the initial state is not known yet here").into());
         };
         let value = match rest {
-            "p_f" => i.pressure,
+            "p_f" => i.pressure + i.outside,
+            "overpressure" => i.pressure,
             "lambda" | "mu" => i.stretch,
             "w_l" | "w_m" => i.tension,
             "membrane.volume" => i.volume,
@@ -573,7 +614,7 @@ impl<'n, 'a> Binder<'n, 'a> {
             name => match self.names.initial_values.get(name) {
                 Some(v) => *v,
                 None => {
-                    let help = "p_f, lambda, mu, w_l, w_m, membrane.volume, membrane.energy, membrane.height, membrane.area, \
+                    let help = "p_f, overpressure, lambda, mu, w_l, w_m, membrane.volume, membrane.energy, membrane.height, membrane.area, \
                                 membrane.reference_area, or an unknown";
                     return Err(ExprError::new("unknown-name", span, format!("`initial.{name}` is not known"))
                         .help(format!("after `initial.`: {help}"))
@@ -631,6 +672,19 @@ impl<'n, 'a> Binder<'n, 'a> {
                 )),
             };
         }
+        let after = |prefix: &str| name.strip_prefix(prefix).and_then(|rest| rest.strip_prefix('.')).map(str::to_owned);
+        // A joint: limits from both sides, its place, its force.
+        let joint = self.names.joints.iter().find_map(|j| after(&j.name).map(|rest| (j.clone(), rest)));
+        if let Some((joint, rest)) = joint {
+            return self.joint(builder, &joint, &rest, span);
+        }
+        if let Some(rest) = self.names.absent.iter().find_map(|a| after(a)) {
+            // Sums over what is absent are zero; a limit there does not exist.
+            return Ok(match rest.as_str() {
+                "energy" | "area" | "volume" | "force" => builder.constant(0.0),
+                _ => self.probe(builder, Probe::Absent),
+            });
+        }
         // The longest piece name that is a prefix, then a side and a field; or something of the whole piece or body.
         let piece = (0..self.names.pieces.len())
             .filter(|&s| {
@@ -651,38 +705,92 @@ impl<'n, 'a> Binder<'n, 'a> {
                         ));
                     }
                 };
-                let field = match field {
-                    "lambda" => Field::Lambda,
-                    "mu" => Field::Mu,
-                    "tau" => Field::Tau,
-                    "u" => Field::U,
-                    "phi" => Field::Phi,
-                    "S" => Field::S,
-                    "rho0" => Field::Rho0,
-                    "w" => Field::W,
-                    "w_l" => Field::TensionL,
-                    "w_m" => Field::TensionM,
-                    "p_c" if self.names.pieces[s].body.is_some() => Field::ContactPressure,
-                    "h" => return self.h(builder, s, side),
-                    "tip_coefficient" if self.names.pieces[s].body.is_some() => {
-                        return Ok(self.probe(builder, Probe::TipCoefficient(s, side)));
-                    }
-                    _ => {
-                        let fields = ["phi", "S", "rho0", "u", "h", "lambda", "mu", "tau", "w", "w_l", "w_m"];
-                        let mut all = fields.join(", ");
-                        if self.names.pieces[s].body.is_some() {
-                            all += ", p_c, tip_coefficient";
-                        }
-                        let near = nearest(field, fields).map(|n| format!("did you mean `{n}`? ")).unwrap_or_default();
-                        return Err(unknown(format!("`{field}` is not a field"), format!("{near}fields: {all}")));
-                    }
-                };
-                return Ok(self.end(builder, s, side, field));
+                return self.limit(builder, s, side, field, span);
             }
             if let Some(node) = self.over(builder, &[s], rest) {
                 return Ok(node);
             }
         }
+        self.of_body(builder, name, first, rest, span)
+    }
+
+    /// A field at an end of a piece, by its name.
+    fn limit(&mut self, builder: &mut Builder, s: usize, side: Side, field: &str, span: Range<usize>) -> Bound {
+        let unknown = |message: String, help: String| -> Vec<ExprError> {
+            ExprError::new("unknown-name", span.clone(), message).help(help).into()
+        };
+        let field = match field {
+            "lambda" => Field::Lambda,
+            "mu" => Field::Mu,
+            "tau" => Field::Tau,
+            "u" => Field::U,
+            "phi" => Field::Phi,
+            "S" => Field::S,
+            "rho0" => Field::Rho0,
+            "w" => Field::W,
+            "w_l" => Field::TensionL,
+            "w_m" => Field::TensionM,
+            "p_c" if self.names.pieces[s].body.is_some() => Field::ContactPressure,
+            "h" => return self.h(builder, s, side),
+            "tip_coefficient" if self.names.pieces[s].body.is_some() => {
+                return Ok(self.probe(builder, Probe::TipCoefficient(s, side)));
+            }
+            _ => {
+                let fields = ["phi", "S", "rho0", "u", "h", "lambda", "mu", "tau", "w", "w_l", "w_m"];
+                let mut all = fields.join(", ");
+                if self.names.pieces[s].body.is_some() {
+                    all += ", p_c, tip_coefficient";
+                }
+                let near = nearest(field, fields).map(|n| format!("did you mean `{n}`? ")).unwrap_or_default();
+                return Err(unknown(format!("`{field}` is not a field"), format!("{near}fields: {all}")));
+            }
+        };
+        Ok(self.end(builder, s, side, field))
+    }
+
+    /// Something of a joint, by its name.
+    fn joint(&mut self, builder: &mut Builder, joint: &JointName, rest: &str, span: Range<usize>) -> Bound {
+        if let Some((which, field)) = rest.split_once('.') {
+            match which {
+                "before" => return self.limit(builder, joint.before, Side::End, field, span),
+                "after" => return self.limit(builder, joint.after, Side::Start, field, span),
+                _ => {}
+            }
+        }
+        match (rest, joint.body) {
+            ("phi" | "S" | "rho0" | "u", _) => self.limit(builder, joint.after, Side::Start, rest, span),
+            ("h", Some(body)) => self.body_h(builder, body),
+            ("h", None) => self.limit(builder, joint.after, Side::Start, "h", span),
+            ("force", Some(_)) => {
+                // Axial pull of the edge on the membrane, out of the pipette: each side with its own tension.
+                let mut total = builder.constant(0.0);
+                for (piece, side, sign) in [(joint.before, Side::End, 1.0), (joint.after, Side::Start, -1.0)] {
+                    let parts = [Field::Rho0, Field::TensionL].map(|f| self.end(builder, piece, side, f));
+                    let tau = self.end(builder, piece, side, Field::Tau);
+                    let sin = builder.apply(Function::Sin, tau);
+                    let factor = builder.constant(sign * 2.0 * PI);
+                    let pull = builder.mul(parts[0], parts[1]);
+                    let pull = builder.mul(pull, sin);
+                    let pull = builder.mul(pull, factor);
+                    total = builder.sum(total, pull);
+                }
+                Ok(total)
+            }
+            _ => Err(ExprError::new("unknown-name", span, format!("`{}.{rest}` is not known", joint.name))
+                .help(format!(
+                    "of a joint: {0}.phi, {0}.u, {0}.h, {0}.before.lambda, {0}.after.tau, .., {0}.force",
+                    joint.name
+                ))
+                .into()),
+        }
+    }
+
+    /// Something of a whole body.
+    fn of_body(&mut self, builder: &mut Builder, name: &str, first: &str, rest: &str, span: Range<usize>) -> Bound {
+        let unknown = |message: String, help: String| -> Vec<ExprError> {
+            ExprError::new("unknown-name", span.clone(), message).help(help).into()
+        };
+        let all: Vec<usize> = (0..self.names.pieces.len()).collect();
         if let Some(body) = self.names.problem.bodies.get_index_of(first) {
             let on: Vec<usize> = all.iter().copied().filter(|&s| self.names.pieces[s].body == Some(body)).collect();
             return match rest {
@@ -691,6 +799,10 @@ impl<'n, 'a> Binder<'n, 'a> {
                     let mut total = builder.constant(0.0);
                     for s in on {
                         let f = self.force(builder, s)?;
+                        total = builder.sum(total, f);
+                    }
+                    for joint in self.names.joints.clone().iter().filter(|j| j.body == Some(body)) {
+                        let f = self.joint(builder, joint, "force", span.clone())?;
                         total = builder.sum(total, f);
                     }
                     Ok(total)
@@ -705,9 +817,11 @@ impl<'n, 'a> Binder<'n, 'a> {
             };
         }
         let mut known: Vec<&str> = self.names.pieces.iter().map(|p| p.name.as_str()).collect();
-        known.extend(self.names.problem.bodies.keys().map(String::as_str));
+        known.extend(self.names.joints.iter().map(|j| j.name.as_str()));
+        known.extend(
+            self.names.problem.bodies.keys().map(String::as_str).filter(|b| !known.contains(b)).collect::<Vec<_>>(),
+        );
         known.extend(["membrane", "initial", "reference"]);
-        known.dedup();
         let near = nearest(first, known.iter().copied()).map(|n| format!("did you mean `{n}`? ")).unwrap_or_default();
         Err(ExprError::new(
             "unknown-name",
@@ -760,7 +874,7 @@ impl Scope for Binder<'_, '_> {
                 }
                 Level::Initial => {
                     let value = match name {
-                        "p_f" => self.names.initial.as_ref().map(|i| i.pressure),
+                        "p_f" => self.names.initial.as_ref().map(|i| i.pressure + i.outside),
                         _ => self.names.initial_values.get(name).copied(),
                     };
                     return value.map(|v| builder.constant(v)).ok_or_else(Vec::new);

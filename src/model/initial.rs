@@ -20,6 +20,8 @@ pub struct Initial {
     pub tension: f64,
     /// Over-pressure of the fluid.
     pub pressure: f64,
+    /// Pressure outside.
+    pub outside: f64,
     /// Radius.
     pub radius: f64,
     /// Volume.
@@ -36,6 +38,7 @@ impl Initial {
             stretch,
             tension: response.w_l,
             pressure: 2.0 * response.w_l / (stretch * stretch * reference.radius),
+            outside: 0.0,
             radius,
             volume: 4.0 / 3.0 * PI * radius.powi(3),
             energy: reference.area() * response.w,
@@ -46,7 +49,7 @@ impl Initial {
 
     /// The same sphere at another stretch.
     pub fn at(&self, stretch: f64) -> Self {
-        Initial::new(self.reference.clone(), self.law.clone(), stretch)
+        Initial { outside: self.outside, ..Initial::new(self.reference.clone(), self.law.clone(), stretch) }
     }
 }
 

@@ -16,9 +16,10 @@ pub use set::set;
 use crate::diagnostic::Diagnostic;
 use crate::expr;
 use crate::physics::surface::Facing;
-use crate::spec::{self, Number, Problem};
+use crate::spec::{self, Element, Number, Problem};
 use crate::system::{Formula, Probe, System};
 use binder::Names;
+use std::sync::Arc;
 
 /// A named number that is reported.
 #[derive(Clone, Debug)]
@@ -40,6 +41,70 @@ pub struct Body {
     pub h: Formula,
     /// The pieces that lie on it.
     pub pieces: Vec<usize>,
+}
+
+/// A sharp edge over which the membrane is bent.
+#[derive(Clone, Debug)]
+pub struct Edge {
+    /// Its name.
+    pub name: String,
+    /// The piece before it; the next one is after it.
+    pub before: usize,
+    /// Its radius.
+    pub radius: f64,
+    /// The side of its body where the membrane is.
+    pub facing: Facing,
+}
+
+/// Which of the elements of the meridian that may be absent are present: one bit for each, by its place in the list.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Presence(Vec<usize>);
+
+impl Presence {
+    /// True if an element, at its place in the list, is present.
+    pub fn has(&self, element: &Element, at: usize) -> bool {
+        match element {
+            Element::Contact { appears: Some(_), .. } | Element::Kink { appears: Some(_), .. } => self.0.contains(&at),
+            _ => true,
+        }
+    }
+
+    /// The same with one element more, or less.
+    pub fn toggled(&self, at: usize) -> Self {
+        let mut list = self.0.clone();
+        match list.iter().position(|&i| i == at) {
+            Some(i) => {
+                list.remove(i);
+            }
+            None => list.push(at),
+        }
+        list.sort_unstable();
+        Presence(list)
+    }
+}
+
+/// A change of the list of elements: what happens when a formula crosses zero.
+#[derive(Clone, Debug)]
+pub struct Change {
+    /// `touch` or `lift_off`.
+    pub kind: &'static str,
+    /// The element.
+    pub of: String,
+    /// Its place in the list.
+    pub at: usize,
+    /// Negative before, positive after; or nothing where it is the least contact pressure of a piece.
+    pub when: When,
+}
+
+/// What is watched.
+#[derive(Clone, Debug)]
+pub enum When {
+    /// A formula that crosses zero.
+    Formula(Formula),
+    /// The length of a piece in eta, which vanishes when its contact is undone.
+    Length(usize),
+    /// The least contact pressure on a piece.
+    Pressure(usize),
 }
 
 /// The branch that is asked for.
@@ -71,13 +136,32 @@ pub enum Steps {
         /// Equal ratios instead of equal differences.
         log: bool,
     },
+    /// Growing without a last one: until a stop, or as far as states exist.
+    Open {
+        /// The first state reported, if not the initial one.
+        from: Option<f64>,
+        /// The difference between two.
+        step: f64,
+    },
 }
 
+/// Values of the control at most, where no last one is given.
+const MOST_STEPS: usize = 2000;
+
 impl Steps {
+    /// True if the first state reported is given, rather than the initial state.
+    pub fn has_first(&self) -> bool {
+        matches!(self, Steps::Spaced { from: Some(_), .. } | Steps::Open { from: Some(_), .. } | Steps::Listed(_))
+    }
+
     /// The values, given the control in the initial state.
     pub fn targets(&self, start: f64) -> Vec<f64> {
         match *self {
             Steps::Listed(ref list) => list.clone(),
+            Steps::Open { from, step } => {
+                let first = from.unwrap_or(start + step);
+                (0..MOST_STEPS).map(|i| first + step * i as f64).collect()
+            }
             Steps::Spaced { from, to, count, log } => {
                 let (first, skip) = match from {
                     Some(from) => (from, 0),
@@ -118,6 +202,8 @@ pub struct Expectation {
 pub struct Model {
     /// Its title.
     pub title: String,
+    /// What it was understood from.
+    pub problem: Arc<Problem>,
     /// Name of each global, in the order of the system.
     pub globals: Vec<String>,
     /// The initial state, in closed form.
@@ -130,8 +216,16 @@ pub struct Model {
     pub quantities: Vec<Quantity>,
     /// The equations.
     pub system: System,
-    /// The bodies.
+    /// The bodies that the membrane touches along a face.
     pub bodies: Vec<Body>,
+    /// The sharp edges over which it is bent.
+    pub edges: Vec<Edge>,
+    /// The elements that are present in this stage.
+    pub presence: Presence,
+    /// What may change them.
+    pub changes: Vec<Change>,
+    /// Names of the contacts and kinks that are present.
+    pub present: Vec<String>,
     /// Names of unknowns and conditions, with origin.
     pub ledger: Ledger,
     /// The branch.
@@ -151,16 +245,22 @@ pub struct Model {
 }
 
 impl Model {
+    /// The same problem with one element of the meridian more, or less.
+    ///
+    /// # Errors
+    /// As [`resolve`].
+    pub fn toggled(&self, element: usize) -> Result<Model, Vec<Diagnostic>> {
+        resolve_stage(&self.problem, &self.presence.toggled(element))
+    }
+
+    /// The stage: the names of the contacts and kinks that are present.
+    pub fn stage(&self) -> String {
+        if self.present.is_empty() { "free".to_owned() } else { self.present.join("+") }
+    }
+
     /// The quantity of that name.
     pub fn quantity(&self, name: &str) -> Option<&Quantity> {
         self.quantities.iter().find(|q| q.name == name)
-    }
-
-    /// The contacts that are there, by the names of their segments joined by `+`; `free` where there is none.
-    pub fn stage(&self) -> String {
-        let contact = |p: &&crate::system::Piece| matches!(p.kind, crate::system::Kind::Contact(_));
-        let names: Vec<&str> = self.system.pieces.iter().filter(contact).map(|p| p.name.as_str()).collect();
-        if names.is_empty() { "free".into() } else { names.join("+") }
     }
 }
 
@@ -169,20 +269,31 @@ pub(crate) fn token(name: &str) -> String {
     name.replace('~', "~0").replace('/', "~1")
 }
 
-/// Understands a problem.
+/// Understands a problem in its first stage, and makes sure that the stages with one element more mean something too.
 ///
 /// # Errors
 /// Everything that is wrong with it, with places as JSON pointers.
 pub fn resolve(problem: &Problem) -> Result<Model, Vec<Diagnostic>> {
+    let model = resolve_stage(problem, &Presence::default())?;
+    for change in &model.changes {
+        resolve_stage(problem, &model.presence.toggled(change.at))?;
+    }
+    Ok(model)
+}
+
+/// Understands a problem in a stage of its own.
+///
+/// # Errors
+/// As [`resolve`].
+pub fn resolve_stage(problem: &Problem, presence: &Presence) -> Result<Model, Vec<Diagnostic>> {
     let mut errors = vec![];
     unsupported(problem, &mut errors);
     let names = Names::new(problem, &mut errors);
     let Some(initial) = initial::resolve(problem, &names, &mut errors) else { return Err(errors) };
     let names = names.with_initial(&initial);
-    let Some(walk) = meridian::walk(problem, names, &initial, &mut errors) else { return Err(errors) };
-    let meridian::Walk { mut names, mut system, mut ledger, globals, initial_globals, mut bodies, images, heights } =
-        walk;
-
+    let Some(walk) = meridian::walk(problem, presence, names, &initial, &mut errors) else { return Err(errors) };
+    let meridian::Walk { mut names, initial, mut system, mut ledger, globals, initial_globals, mut bodies, .. } = walk;
+    let (edges, images, heights) = (walk.edges, walk.images, walk.heights);
     names.definitions(&system, &mut errors);
 
     // Fluid, constraints, branch: the conditions that belong to no place.
@@ -212,6 +323,17 @@ pub fn resolve(problem: &Problem) -> Result<Model, Vec<Diagnostic>> {
             identities.push((name.clone(), lhs, rhs));
         }
     }
+    let changes = changes(problem, presence, &mut names, &system, &mut errors);
+    let mut present: Vec<String> = vec![];
+    for (i, element) in problem.meridian.iter().flatten().enumerate() {
+        match element {
+            Element::Contact { on, name, .. } if presence.has(element, i) => {
+                present.push(name.as_ref().unwrap_or(on).as_str().to_owned());
+            }
+            Element::Kink { at, .. } if presence.has(element, i) => present.push(at.as_str().to_owned()),
+            _ => {}
+        }
+    }
     unused(problem, &names, &mut errors);
     let expectations = expectations(problem, &names, &mut errors);
     if !errors.iter().all(|e| e.severity == crate::diagnostic::Severity::Warning) {
@@ -220,6 +342,7 @@ pub fn resolve(problem: &Problem) -> Result<Model, Vec<Diagnostic>> {
     let Some(branch) = branch else { return Err(errors) };
     Ok(Model {
         title: problem.title.clone(),
+        problem: Arc::new(problem.clone()),
         globals,
         fluid_pressure: names.fluid_pressure,
         initial,
@@ -228,6 +351,10 @@ pub fn resolve(problem: &Problem) -> Result<Model, Vec<Diagnostic>> {
         quantities,
         system,
         bodies,
+        edges,
+        presence: presence.clone(),
+        changes,
+        present,
         ledger,
         branch,
         identities,
@@ -236,6 +363,64 @@ pub fn resolve(problem: &Problem) -> Result<Model, Vec<Diagnostic>> {
         images,
         heights,
     })
+}
+
+/// What changes the list of elements, from this stage.
+fn changes(
+    problem: &Problem,
+    presence: &Presence,
+    names: &mut Names,
+    system: &System,
+    errors: &mut Vec<Diagnostic>,
+) -> Vec<Change> {
+    let mut list = vec![];
+    for (i, element) in problem.meridian.iter().flatten().enumerate() {
+        let Element::Contact { on, name, appears: Some(appears), .. } = element else {
+            if let Element::Kink { appears: Some(_), .. } = element {
+                errors.push(
+                    Diagnostic::error(
+                        "not-supported",
+                        "a kink that appears by an event cannot be solved by this version",
+                    )
+                    .at(format!("/meridian/{i}"), "not supported yet"),
+                );
+            }
+            continue;
+        };
+        let of = name.as_ref().unwrap_or(on).as_str().to_owned();
+        if presence.has(element, i) {
+            let Some(piece) = names.pieces.iter().position(|p| p.name == of) else { continue };
+            list.push(Change { kind: "lift_off", of: of.clone(), at: i, when: When::Length(piece) });
+            list.push(Change { kind: "lift_off", of, at: i, when: When::Pressure(piece) });
+            continue;
+        }
+        let pointer = format!("/meridian/{i}/Contact/appears");
+        let text = match appears {
+            spec::Appears::When(equation) => equation.as_str().to_owned(),
+            // A wall is touched where the free segment before or after it stands upright at its radius.
+            spec::Appears::OnTouch => {
+                let neighbour = |j: usize| match problem.meridian.as_ref()?.get(j)? {
+                    Element::Free { name, .. } => Some(name.as_str().to_owned()),
+                    _ => None,
+                };
+                match (i.checked_sub(1).and_then(neighbour), neighbour(i + 1)) {
+                    (Some(before), None) => format!("{before}.end.tau = pi/2"),
+                    (None, Some(after)) => format!("{after}.start.tau = pi/2"),
+                    _ => {
+                        errors.push(
+                            Diagnostic::error("not-supported", "this contact needs to be told when it appears")
+                                .at(pointer, "write When(\"..\")"),
+                        );
+                        continue;
+                    }
+                }
+            }
+        };
+        if let Some(f) = names.equation(system, &text, &format!("{pointer}/When"), false, errors) {
+            list.push(Change { kind: "touch", of, at: i, when: When::Formula(f) });
+        }
+    }
+    list
 }
 
 /// Words that the format has and this version does not solve.
@@ -388,14 +573,10 @@ fn branch(
         }
         Steps::Spaced { from, to, count, log }
     } else {
-        if errors.len() == before {
-            errors.push(
-                Diagnostic::error("not-supported", "a branch without `to` or `at` cannot be followed by this version")
-                    .at("/branch", "say how far: `to: ..`"),
-            );
-        }
-        Steps::Listed(vec![])
+        // The control grows until a stop, or as far as states exist; `steps` of them span five times the size of the initial shape.
+        Steps::Open { from, step: 10.0 * initial.radius / count as f64 }
     };
+    let _ = before;
     let mut stops = vec![];
     for (name, equation) in &said.stops {
         let pointer = format!("/branch/stops/{}", token(name));
@@ -444,7 +625,7 @@ fn quantities(problem: &Problem, names: &mut Names, system: &System, errors: &mu
         };
         add(&mut list, name, &text, format!("/outputs/{}", token(name)), errors);
     }
-    for (name, text) in [("P_i", "initial.w_l"), ("lambda_i", "initial.lambda"), ("p_f0", "initial.p_f")] {
+    for (name, text) in [("P_i", "initial.w_l"), ("lambda_i", "initial.lambda"), ("p_f0", "initial.overpressure")] {
         if !problem.outputs.contains_key(name) && !problem.parameters.contains_key(name) {
             add(&mut list, name, text, String::new(), errors);
         }

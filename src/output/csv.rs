@@ -39,7 +39,7 @@ pub fn branch(report: &Report) -> String {
 pub fn profiles(report: &Report) -> String {
     let mut text = String::from("point,segment,phi,S,u,h,tau,lambda,mu,w_l,w_m,p_c\n");
     for (i, point) in report.outcome.points.iter().enumerate() {
-        for row in solution::profile(report.model, &point.solution) {
+        for row in solution::profile(&point.model, &point.solution) {
             let numbers = [row.phi, row.arc, row.u, row.h, row.tau, row.lambda, row.mu, row.w_l, row.w_m];
             let _ = write!(text, "{i},{}", cell(&row.segment));
             for value in numbers.map(Some).into_iter().chain([row.p_c]) {

@@ -24,7 +24,7 @@ pub fn result(report: &Report, profiles: bool) -> Value {
         "problem": resolved(report.problem, report.model),
         "status": status,
         "message": message,
-        "points": outcome.points.iter().map(|p| point(report.model, p, profiles)).collect::<Vec<_>>(),
+        "points": outcome.points.iter().map(|p| point(&p.model, p, profiles)).collect::<Vec<_>>(),
         "events": outcome.events.iter().map(|e| event(report.model, e)).collect::<Vec<_>>(),
     })
 }
@@ -73,8 +73,8 @@ fn event(model: &Model, event: &Event) -> Value {
     json!({
         "kind": event.kind,
         "of": event.of,
-        "stage_before": model.stage(),
-        "stage_after": model.stage(),
+        "stage_before": event.stage_before,
+        "stage_after": event.stage_after,
         "quantities": quantities(model, &event.solution),
     })
 }

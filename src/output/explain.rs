@@ -100,10 +100,12 @@ fn segments(model: &Model, text: &mut String) {
         let kind = match &piece.kind {
             Kind::Free => "free".to_owned(),
             Kind::Contact(_) => format!("contact on {body}, frictionless"),
+            Kind::Wall { radius } => format!("contact on a wall of radius {}, frictionless", plain(*radius)),
         };
         let states = match &piece.kind {
             Kind::Free => "ln lambda, ln mu, tau; h by quadrature",
             Kind::Contact(_) => "ln lambda, ln mu",
+            Kind::Wall { .. } => "ln lambda; h by quadrature",
         };
         let coordinate = match piece.coordinate {
             Coordinate::Between => "eta, linear in x".to_owned(),
@@ -139,6 +141,10 @@ fn branch(problem: &Problem, model: &Model, text: &mut String) {
         Steps::Listed(values) => {
             let values: Vec<String> = values.iter().map(|v| plain(*v)).collect();
             writeln!(text, " = {}.", values.join(", "))
+        }
+        Steps::Open { from, step } => {
+            let from = from.map_or("the initial state".to_owned(), plain);
+            writeln!(text, ", from {from} in steps of {} until a stop, or as far as states exist.", plain(*step))
         }
         Steps::Spaced { from, to, count, log } => {
             let from = from.map_or("the initial state".to_owned(), plain);

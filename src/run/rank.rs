@@ -45,10 +45,11 @@ pub fn rank(model: &Model) -> Rank {
     let index = disc.slot_index();
     let here = control.formula.value(&system, &|slot| z[index[slot]]);
     // A few members of the family: the first state, and two a little further on.
-    let ahead = model.branch.steps.targets(here).last().map_or(0.0, |last| last - here);
-    for part in [0.0, 0.01, 0.03] {
+    let targets = model.branch.steps.targets(here);
+    let ahead = targets.get(1).or(targets.first()).map_or(0.0, |t| t - here);
+    for part in [0.0, 0.3, 1.0] {
         system.closing = Closing::Value { of: control.formula.clone(), target: here + part * ahead };
-        if state::solve(model, &system, &mut disc, &mut z, &mut work).is_err() {
+        if state::solve(model, &system, &mut disc, &mut z, &[], &mut work).is_err() {
             continue;
         }
         let Ok(factors) = Linearization::new(&system, &disc, &z) else { continue };

@@ -56,7 +56,7 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64) -> (Arc<Discreti
         }
     }
     if let Some(p) = model.fluid_pressure {
-        globals[p] = sphere.pressure;
+        globals[p] = sphere.pressure + sphere.outside;
     }
     let reference = &system.reference;
     let mut z = disc.sample(&globals, |s, x, y| {
@@ -100,12 +100,17 @@ pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
         let stretch = if model.initial.stretch == 1.0 { FIRST_STRETCH } else { model.initial.stretch };
         let (mut disc, mut z) = sample(model, stretch, FIRST_CONTACT);
         let index = disc.slot_index();
-        if let Closing::Value { of, target } = &mut system.closing {
+        system.closing = if model.initial.stretch == 1.0 {
+            // The loads that hold this inflation are unknown: the stretch is prescribed.
+            Closing::Value { of: single(&system, Probe::End(0, Side::Start, Field::Lambda)), target: stretch }
+        } else {
             // The control where the sample has it: nothing is prescribed that the sample does not nearly satisfy.
-            let of = of.clone();
-            *target = of.value(&model.system, &|slot| z[index[slot]]);
-        }
-        return state::solve(model, &system, &mut disc, &mut z, work);
+            let of =
+                model.quantities.iter().find(|q| q.name == model.branch.control).expect("the control is a quantity");
+            let target = of.formula.value(&model.system, &|slot| z[index[slot]]);
+            Closing::Value { of: of.formula.clone(), target }
+        };
+        return state::solve(model, &system, &mut disc, &mut z, &[], work);
     };
     let (mut disc, mut z) = sample(model, model.initial.stretch, FIRST_CONTACT);
     let side = match system.pieces[contact].to {
@@ -163,5 +168,5 @@ pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
         }
     }
     raise(&mut system, 1.0);
-    state::solve(model, &system, &mut disc, &mut z, work)
+    state::solve(model, &system, &mut disc, &mut z, &[], work)
 }

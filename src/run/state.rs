@@ -48,6 +48,8 @@ pub enum Halt {
 const MOST_INTERVALS: usize = 3000;
 /// Rounds of refinement.
 const ROUNDS: usize = 9;
+/// Meshes are made for this accuracy even where less is asked for: it costs little.
+const LOOSEST: f64 = 1e-8;
 /// The part of the accuracy asked for that a mesh is made for ..
 const AIM: f64 = 0.01;
 /// .. that it is still good for, so that most states of a branch need no new one ..
@@ -60,7 +62,7 @@ pub(super) fn newton(accuracy: f64) -> Newton {
     Newton { tolerance: (1e-3 * accuracy).clamp(1e-13, 1e-9), limit: 30 }
 }
 
-/// Solves for the state that `system` closes, from `z` on `disc`, and refines the mesh until every quantity is accurate, as far as
+/// Solves for the state that `system` closes, from `z` on `disc` (`typical`: magnitudes of the quantities, for those that vanish), and refines the mesh until every quantity is accurate, as far as
 /// the mesh can make it: what rounding adds is in the errors of the solution, and may exceed what was asked.
 ///
 /// # Errors
@@ -70,6 +72,7 @@ pub(super) fn solve(
     system: &System,
     disc: &mut Arc<Discretization>,
     z: &mut Vec<f64>,
+    typical: &[f64],
     work: &mut Work,
 ) -> Result<Solution, Halt> {
     let newton = newton(model.accuracy);
@@ -94,8 +97,8 @@ pub(super) fn solve(
         let tangent = tangent(system, disc, z, &factors);
         let solution = Solution::read(model, disc, z, &tangent, &estimate, &noise);
         work.intervals = disc.total_intervals();
-        let error = solution.worst_discretisation(model.accuracy);
-        let (total, which) = solution.worst_error(model.accuracy);
+        let error = solution.worst_discretisation(model.accuracy.min(LOOSEST), typical);
+        let (total, which) = solution.worst_error(model.accuracy, typical);
         if error <= GOOD {
             if error < WASTE && disc.total_intervals() > 3 * disc.meshes.len() {
                 remesh(disc, z, &estimate, (error / AIM).max(1e-6));

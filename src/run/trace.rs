@@ -3,11 +3,11 @@
 use super::clock::thread_seconds;
 use super::start;
 use super::state::{self, Halt, Work};
-use crate::bvp::{Discretization, Problem};
-use crate::model::{Model, Steps};
+use crate::bvp::{Discretization, Problem, uniform};
+use crate::model::{Change, Model, Steps, When};
 use crate::physics::material::Energy;
-use crate::solution::Solution;
-use crate::system::{Closing, Probe, System};
+use crate::solution::{Solution, profile};
+use crate::system::{Closing, Formula, Place, Probe, System};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -46,6 +46,8 @@ pub struct Point {
     pub at: Option<Request>,
     /// The state.
     pub solution: Solution,
+    /// The problem in the stage of this state.
+    pub model: Arc<Model>,
     /// Work since the state before.
     pub work: Work,
 }
@@ -57,6 +59,10 @@ pub struct Event {
     pub kind: &'static str,
     /// The quantity or name.
     pub of: String,
+    /// The stage before it.
+    pub stage_before: String,
+    /// The stage after it.
+    pub stage_after: String,
     /// The state.
     pub solution: Solution,
 }
@@ -87,6 +93,14 @@ const LEAST_STEP: f64 = 1e-3;
 const LEAST_ARC: f64 = 1e-4;
 /// Steps of arclength in which the control must pass a value or turn.
 const ARC_STEPS: usize = 200;
+/// A root is one where the function is this much smaller than where it was bracketed.
+const ROOT: f64 = 1e-3;
+/// Turns of the control on one branch.
+const MOST_TURNS: usize = 20;
+/// What is said of a run that was stopped.
+const INTERRUPTED: &str = "interrupted";
+/// A state that misses its prediction by more, relative, and by half of the way that was made, is taken for one of another branch.
+const JUMP: f64 = 0.3;
 /// A value that misses an end of the branch by less, relative, is that end.
 const SAME: f64 = 1e-10;
 
@@ -99,13 +113,15 @@ pub fn run(model: &Model, requests: &[Request], progress: &mut dyn FnMut(usize, 
         .position(|q| q.name == model.branch.control)
         .expect("the control is a quantity of the model");
     let mut tracer = Tracer {
-        model,
+        model: Arc::new(model.clone()),
         system: model.system.clone(),
         control,
         history: vec![],
         outcome: Outcome { points: vec![], events: vec![], status: Status::Complete },
         work: Work::default(),
         begun: thread_seconds(),
+        asked: None,
+        typical: vec![0.0; model.quantities.len()],
     };
     let result = if requests.is_empty() { tracer.branch(progress) } else { tracer.requests(requests, progress) };
     if let Err(message) = result {
@@ -114,8 +130,10 @@ pub fn run(model: &Model, requests: &[Request], progress: &mut dyn FnMut(usize, 
     tracer.outcome
 }
 
-struct Tracer<'m> {
-    model: &'m Model,
+struct Tracer {
+    /// The problem in the present stage.
+    model: Arc<Model>,
+    /// Its equations, with the closing condition of the moment.
     system: System,
     control: usize,
     /// The last two states, newest last.
@@ -124,6 +142,21 @@ struct Tracer<'m> {
     /// Work since the last reported state.
     work: Work,
     begun: f64,
+    /// What is asked for between the states of the branch, with what was found.
+    asked: Option<Asked>,
+    /// The largest magnitude of each quantity among the reported states, against which one that vanishes is measured.
+    typical: Vec<f64>,
+}
+
+/// Requests for values of quantities other than the control, and the answers.
+#[derive(Default)]
+struct Asked {
+    /// The requests.
+    requests: Vec<Request>,
+    /// The least and largest value met, for each.
+    ranges: Vec<(f64, f64)>,
+    /// The states found, for each.
+    answers: Vec<Vec<Point>>,
 }
 
 /// How a walk ends before its goal.
@@ -134,9 +167,13 @@ enum Stop {
     Turned,
     /// A stop of the file was met; the state there has been reported.
     Met,
+    /// A state of another branch was found.
+    Astray,
+    /// The stage after a change of this element could not be understood.
+    Lost(String),
 }
 
-impl Tracer<'_> {
+impl Tracer {
     fn last(&self) -> &Solution {
         self.history.last().expect("a first state")
     }
@@ -161,13 +198,17 @@ impl Tracer<'_> {
         let now = thread_seconds();
         self.work.cpu_seconds = now - self.begun;
         self.begun = now;
+        for (t, q) in self.typical.iter_mut().zip(&solution.quantities) {
+            *t = t.max(q.map_or(0.0, |q| q.value.abs()));
+        }
         self.note_accuracy(&solution);
-        self.outcome.points.push(Point { reason, at, solution, work: std::mem::take(&mut self.work) });
+        let (model, work) = (self.model.clone(), std::mem::take(&mut self.work));
+        self.outcome.points.push(Point { reason, at, solution, model, work });
     }
 
     /// A reported state that is less accurate than asked makes the outcome incomplete; it is reported with its errors all the same.
     fn note_accuracy(&mut self, solution: &Solution) {
-        let (worst, which) = solution.worst_error(self.model.accuracy);
+        let (worst, which) = solution.worst_error(self.model.accuracy, &self.typical);
         if worst > 1.0 && self.outcome.status == Status::Complete {
             let m = solution.quantity(which).expect("the worst quantity is a number");
             self.outcome.status = Status::Incomplete(format!(
@@ -183,7 +224,7 @@ impl Tracer<'_> {
     /// The first state, ready to be continued in the control.
     fn begin(&mut self) -> Result<(), String> {
         let first =
-            start::first(self.model, &mut self.work).map_err(|halt| format!("no first state was found: {halt}"))?;
+            start::first(&self.model, &mut self.work).map_err(|halt| format!("no first state was found: {halt}"))?;
         // It was closed by something else than the control.
         let c = self.value(&first);
         self.history.push(first);
@@ -194,62 +235,104 @@ impl Tracer<'_> {
 
     /// The branch of the file.
     fn branch(&mut self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<(), String> {
-        let initial = start::initial(self.model);
+        let initial = start::initial(&self.model);
         let c0 = self.value(&initial);
         let targets = self.model.branch.steps.targets(c0);
         let loaded = self.model.bodies.is_empty();
-        let mut met = 0;
-        if loaded && !matches!(self.model.branch.steps, Steps::Spaced { from: Some(_), .. }) {
+        if loaded && !self.model.branch.steps.has_first() {
             self.report(Reason::Start, None, initial.clone());
         }
         self.begin()?;
-        let mut from = None;
-        for (i, &c) in targets.iter().enumerate() {
-            if progress(met, targets.len()).is_break() {
-                return Err("interrupted".into());
-            }
-            met += 1;
-            if loaded && same(c, c0) {
-                self.report(Reason::Step, None, initial.clone());
-                continue;
-            }
-            let watch = from.is_some() || loaded;
-            match self.go(c, watch) {
-                Ok(()) => {
-                    let solution = self.last().clone();
-                    self.report(if i + 1 == targets.len() { Reason::End } else { Reason::Step }, None, solution);
-                    from = Some(c);
-                }
+        if loaded && same(targets[0], c0) {
+            self.report(Reason::Step, None, initial);
+        } else {
+            // To the first value: the first state may lie on either side of it, and is not part of the branch asked for.
+            match self.go(targets[0], loaded) {
+                Ok(()) => self.report_last(targets.len() == 1),
                 Err(Stop::Met) => return Ok(()),
-                Err(Stop::Halt(halt)) => return Err(self.lost(&halt)),
-                Err(Stop::Turned) => {
-                    // Back through the values that were passed before the turn.
-                    let turned = self.value(self.last());
-                    let back: Vec<f64> =
-                        targets[..i].iter().rev().copied().filter(|t| !same(*t, turned) || *t != turned).collect();
-                    for c in back {
-                        if progress(met.min(targets.len()), targets.len()).is_break() {
-                            return Err("interrupted".into());
-                        }
-                        match self.go(c, true) {
-                            Ok(()) => {
-                                let solution = self.last().clone();
-                                self.report(Reason::Step, None, solution);
-                            }
-                            Err(Stop::Met) => return Ok(()),
-                            Err(Stop::Turned) => break,
-                            Err(Stop::Halt(halt)) => return Err(self.lost(&halt)),
-                        }
-                    }
-                    let control = &self.model.branch.control;
-                    return Err(format!(
-                        "the control turns back at {control} = {turned}: {} = {c} is not reached",
-                        control
-                    ));
-                }
+                Err(stop) => return Err(self.stopped(&stop)),
             }
         }
-        Ok(())
+        match self.walk(&targets, true, progress) {
+            Ok(true) => Ok(()),
+            // Where no last value was asked for, all has been found.
+            Ok(false) if matches!(self.model.branch.steps, Steps::Open { .. }) => Ok(()),
+            Ok(false) => {
+                let (control, goal) = (&self.model.branch.control, targets[targets.len() - 1]);
+                Err(format!(
+                    "{control} = {goal} is not reached: the control turns back, and the branch leaves its range"
+                ))
+            }
+            Err(message) => Err(message),
+        }
+    }
+
+    fn report_last(&mut self, end: bool) {
+        let solution = self.last().clone();
+        self.report(if end { Reason::End } else { Reason::Step }, None, solution);
+    }
+
+    /// Walks from value to value of the control, in the direction of the list; where the control turns, on through the values on the
+    /// other side. True when the last value or a stop of the file is reached, false when the branch leaves the list at its
+    /// beginning.
+    fn walk(
+        &mut self,
+        targets: &[f64],
+        report: bool,
+        progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
+    ) -> Result<bool, String> {
+        let goal = targets[targets.len() - 1];
+        let forward = (goal - targets[0]).signum();
+        let (mut direction, mut turns, mut done) = (forward, 0, 0);
+        loop {
+            if progress(done.min(targets.len()), targets.len()).is_break() {
+                return Err(INTERRUPTED.into());
+            }
+            done += 1;
+            let here = self.value(self.last());
+            if same(here, goal) && direction == forward {
+                return Ok(true);
+            }
+            let beyond = |t: &&f64| (**t - here) * direction > 0.0 && !same(**t, here);
+            let Some(&c) = targets.iter().filter(beyond).min_by(|a, b| (*a - here).abs().total_cmp(&(*b - here).abs()))
+            else {
+                return Ok(false);
+            };
+            match self.go(c, report) {
+                Ok(()) => {
+                    if report {
+                        self.report_last(c == goal);
+                    }
+                }
+                Err(Stop::Met) => return Ok(true),
+                Err(Stop::Turned) if turns < MOST_TURNS => {
+                    turns += 1;
+                    direction = -direction;
+                }
+                Err(stop) => return Err(self.stopped(&stop)),
+            }
+        }
+    }
+
+    /// Goes back to the first state, in its stage.
+    fn return_to(&mut self, first: &Solution, model: &Arc<Model>) {
+        self.model = model.clone();
+        self.system = model.system.clone();
+        self.history = vec![first.clone()];
+    }
+
+    /// Why a walk ended.
+    fn stopped(&self, stop: &Stop) -> String {
+        let (control, c) = (&self.model.branch.control, self.value(self.last()));
+        match stop {
+            Stop::Halt(halt) => self.lost(halt),
+            Stop::Turned => format!("the control {control} turns back at {c}"),
+            Stop::Met => format!("the branch ends at {control} = {c}"),
+            Stop::Astray => format!(
+                "the branch could not be followed beyond {control} = {c}: the next states found belong to another"
+            ),
+            Stop::Lost(of) => format!("the branch cannot go on at {control} = {c}, where `{of}` appears or vanishes"),
+        }
     }
 
     fn lost(&self, halt: &Halt) -> String {
@@ -271,11 +354,11 @@ impl Tracer<'_> {
         requests: &[Request],
         progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
     ) -> Result<(), String> {
-        let initial = start::initial(self.model);
+        let initial = start::initial(&self.model);
         let c0 = self.value(&initial);
         let loaded = self.model.bodies.is_empty();
         self.begin()?;
-        let first = self.last().clone();
+        let (first, begun) = (self.last().clone(), self.model.clone());
         let mut missing = vec![];
         let mut answers: Vec<Vec<Point>> = requests.iter().map(|_| vec![]).collect();
 
@@ -288,10 +371,10 @@ impl Tracer<'_> {
         let (before, after): (Vec<usize>, Vec<usize>) =
             direct.into_iter().partition(|&i| direction * requests[i].value < direction * start);
         for list in [before.into_iter().rev().collect::<Vec<_>>(), after] {
-            self.history = vec![first.clone()];
+            self.return_to(&first, &begun);
             for i in list {
                 if progress(answers.iter().filter(|a| !a.is_empty()).count(), requests.len()).is_break() {
-                    return Err("interrupted".into());
+                    return Err(INTERRUPTED.into());
                 }
                 if loaded && same(requests[i].value, c0) {
                     self.report(Reason::At, Some(requests[i].clone()), initial.clone());
@@ -304,17 +387,10 @@ impl Tracer<'_> {
                         self.report(Reason::At, Some(requests[i].clone()), solution);
                         answers[i].extend(self.outcome.points.pop());
                     }
-                    Err(Stop::Halt(halt)) => {
-                        missing.push(self.lost(&halt));
-                        self.history = vec![first.clone()];
-                    }
-                    Err(Stop::Turned | Stop::Met) => {
-                        let (control, c) = (&self.model.branch.control, self.value(self.last()));
-                        missing.push(format!(
-                            "{control} = {} is never met: the control turns back at {c}",
-                            requests[i].value
-                        ));
-                        self.history = vec![first.clone()];
+                    Err(stop) => {
+                        let (control, value) = (&self.model.branch.control, requests[i].value);
+                        missing.push(format!("{control} = {value} is not reached: {}", self.stopped(&stop)));
+                        self.return_to(&first, &begun);
                     }
                 }
             }
@@ -324,45 +400,49 @@ impl Tracer<'_> {
         let others: Vec<usize> =
             (0..requests.len()).filter(|&i| requests[i].name != self.model.branch.control).collect();
         if !others.is_empty() {
-            let mut ranges: Vec<(f64, f64)> = others.iter().map(|_| (f64::INFINITY, f64::NEG_INFINITY)).collect();
-            self.history = vec![first];
+            self.return_to(&first, &begun);
             let targets = self.model.branch.steps.targets(c0);
             let mut end = None;
-            if loaded && !matches!(self.model.branch.steps, Steps::Spaced { from: Some(_), .. }) {
-                self.meet(requests, &others, &mut ranges, &mut answers, None, &initial);
-            }
-            let mut begun = false;
-            for &c in &targets {
-                if progress(answers.iter().filter(|a| !a.is_empty()).count(), requests.len()).is_break() {
-                    return Err("interrupted".into());
-                }
-                let before = begun.then(|| self.last().clone());
-                match self.go(c, false) {
+            let asked = Asked {
+                requests: others.iter().map(|&i| requests[i].clone()).collect(),
+                ranges: vec![(f64::INFINITY, f64::NEG_INFINITY); others.len()],
+                answers: others.iter().map(|_| vec![]).collect(),
+            };
+            // The branch of the file starts at its first value, or at the initial state.
+            let from_start = loaded && !self.model.branch.steps.has_first();
+            if from_start {
+                self.asked = Some(asked);
+                self.meet(None, &initial);
+            } else {
+                let reached = self.go(targets[0], false);
+                self.asked = Some(asked);
+                match reached {
                     Ok(()) => {
                         let now = self.last().clone();
-                        self.meet(requests, &others, &mut ranges, &mut answers, before.as_ref(), &now);
-                        begun = true;
+                        self.meet(None, &now);
                     }
-                    Err(Stop::Halt(halt)) => {
-                        end = Some(self.lost(&halt));
-                        break;
-                    }
-                    Err(_) => {
-                        let now = self.last().clone();
-                        self.meet(requests, &others, &mut ranges, &mut answers, before.as_ref(), &now);
-                        break;
-                    }
+                    Err(stop) => end = Some(self.stopped(&stop)),
                 }
             }
-            for (k, &i) in others.iter().enumerate() {
-                if answers[i].is_empty() {
-                    let (r, (low, high)) = (&requests[i], ranges[k]);
+            if end.is_none()
+                && let Err(message) = self.walk(&targets, false, progress)
+            {
+                if message == INTERRUPTED {
+                    return Err(message);
+                }
+                end = Some(message);
+            }
+            let asked = self.asked.take().unwrap_or_default();
+            for ((&i, found), (low, high)) in others.iter().zip(asked.answers).zip(asked.ranges) {
+                if found.is_empty() {
+                    let r = &requests[i];
                     missing.push(format!(
                         "{} = {} is never met: on this branch it runs from {low} to {high}",
                         r.name, r.value
                     ));
-                    missing.extend(end.clone());
+                    missing.extend(end.clone().filter(|e| !e.is_empty()));
                 }
+                answers[i] = found;
             }
         }
         self.outcome.points = answers.into_iter().flatten().collect();
@@ -373,69 +453,59 @@ impl Tracer<'_> {
         Err(missing.join("; "))
     }
 
-    /// Answers the requests that are met between two states of the branch, `b` included.
-    fn meet(
-        &mut self,
-        requests: &[Request],
-        which: &[usize],
-        ranges: &mut [(f64, f64)],
-        answers: &mut [Vec<Point>],
-        a: Option<&Solution>,
-        b: &Solution,
-    ) {
-        for (k, &i) in which.iter().enumerate() {
-            let request = &requests[i];
+    /// Answers the requests that are met between two states of one stage of the branch, `b` included.
+    fn meet(&mut self, a: Option<&Solution>, b: &Solution) {
+        let Some(mut asked) = self.asked.take() else { return };
+        for k in 0..asked.requests.len() {
+            let request = asked.requests[k].clone();
             let Some(q) = self.model.quantities.iter().position(|q| q.name == request.name) else { continue };
             let Some(vb) = b.quantity(q) else { continue };
-            let range = &mut ranges[k];
+            let range = &mut asked.ranges[k];
             *range = (range.0.min(vb.value), range.1.max(vb.value));
             let hit = |v: f64| same(v, request.value) || v == request.value;
-            if a.is_none() && hit(vb.value) {
-                self.report(Reason::At, Some(request.clone()), b.clone());
-                answers[i].extend(self.outcome.points.pop());
-                continue;
-            }
-            let Some(a) = a else { continue };
-            let Some(va) = a.quantity(q) else { continue };
-            // The quantity may turn in between: then each side of its extremum is searched.
-            let mut parts = vec![(a.clone(), b.clone())];
-            let slope = |s: &Solution, m: f64| m / self.rate(s);
-            if slope(a, va.slope) * slope(b, vb.slope) < 0.0
-                && let Some(top) = self.extremum(q, a, b)
-            {
-                parts = vec![(a.clone(), top.clone()), (top, b.clone())];
-            }
-            for (a, b) in parts {
-                let (Some(va), Some(vb)) = (a.quantity(q), b.quantity(q)) else { continue };
-                let (da, db) = (va.value - request.value, vb.value - request.value);
-                if hit(va.value) {
-                    continue; // answered as the end of the part before
+            let mut found = vec![];
+            match a.and_then(|a| Some((a, a.quantity(q)?))) {
+                None if hit(vb.value) => found.push(b.clone()),
+                None => {}
+                Some((a, va)) => {
+                    // The quantity may turn in between: then each side of its extremum is searched.
+                    let mut parts = vec![(a.clone(), b.clone())];
+                    if (va.slope / self.rate(a)) * (vb.slope / self.rate(b)) < 0.0
+                        && let Some(top) = self.extremum(q, a, b)
+                    {
+                        parts = vec![(a.clone(), top.clone()), (top, b.clone())];
+                    }
+                    for (a, b) in parts {
+                        let (Some(va), Some(vb)) = (a.quantity(q), b.quantity(q)) else { continue };
+                        if hit(va.value) {
+                            continue; // answered as the end of the part before
+                        }
+                        if hit(vb.value) {
+                            found.push(b.clone());
+                        } else if (va.value - request.value) * (vb.value - request.value) < 0.0 {
+                            found.extend(self.crossing(q, request.value, &a, &b));
+                        }
+                    }
                 }
-                let found = if hit(vb.value) {
-                    Some(b.clone())
-                } else if da * db < 0.0 {
-                    self.crossing(q, request.value, &a, &b)
-                } else {
-                    None
-                };
-                if let Some(solution) = found {
-                    self.report(Reason::At, Some(request.clone()), solution);
-                    answers[i].extend(self.outcome.points.pop());
-                }
+            }
+            for solution in found {
+                self.report(Reason::At, Some(request.clone()), solution);
+                asked.answers[k].extend(self.outcome.points.pop());
             }
         }
+        self.asked = Some(asked);
     }
 
     /// The state between two states in which quantity `q` has a value.
     fn crossing(&mut self, q: usize, value: f64, a: &Solution, b: &Solution) -> Option<Solution> {
-        let formula = &self.model.quantities[q].formula;
+        let formula = &self.model.clone().quantities[q].formula;
         let near = self.between(a, b, |s| s.quantity(q).map(|m| m.value - value), 1e-4)?;
         if formula.probes().all(Probe::is_local) {
             // Close the problem with the quantity itself: exact in one solution.
             let kept =
                 std::mem::replace(&mut self.system.closing, Closing::Value { of: formula.clone(), target: value });
             let (mut disc, mut z) = (near.disc.clone(), near.state.clone());
-            let exact = state::solve(self.model, &self.system, &mut disc, &mut z, &mut self.work);
+            let exact = state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work);
             self.system.closing = kept;
             if let Ok(exact) = exact {
                 return Some(exact);
@@ -461,7 +531,7 @@ impl Tracer<'_> {
     ) -> Option<Solution> {
         let (mut ca, mut cb) = (self.value(a), self.value(b));
         let (mut ga, mut gb) = (g(a)?, g(b)?);
-        let scale = (cb - ca).abs();
+        let (scale, g0) = ((cb - ca).abs(), ga.abs().max(gb.abs()));
         let kept = self.history.clone();
         self.history = vec![a.clone(), b.clone()];
         let mut best: Option<(f64, Solution)> = None;
@@ -500,7 +570,8 @@ impl Tracer<'_> {
             }
         }
         self.history = kept;
-        best.map(|b| b.1)
+        // A sign may also change where the branch was left: no root then.
+        best.filter(|b| b.0 <= ROOT * g0).map(|b| b.1)
     }
 
     /// The state predicted at a value of the control, on the newest mesh: the cubic through two states with their tangents, or the
@@ -537,33 +608,112 @@ impl Tracer<'_> {
         let (mut disc, mut z) = self.predict(c);
         let of = &self.model.quantities[self.control].formula;
         self.system.closing = Closing::Value { of: of.clone(), target: c };
-        state::solve(self.model, &self.system, &mut disc, &mut z, &mut self.work)
+        state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work)
     }
 
-    /// Accepts a state of the branch. With `watch`, limit points and stops passed since the state before are reported first.
+    /// True if a state lies so far from where it was predicted that it may belong to another branch.
+    fn jumps(&self, predicted: &(Arc<Discretization>, Vec<f64>), s: &Solution) -> bool {
+        let before = self.last();
+        let globals = |disc: &Discretization, z: &[f64]| disc.globals(z).to_vec();
+        let (old, guess) = (globals(&before.disc, &before.state), globals(&predicted.0, &predicted.1));
+        let new = globals(&s.disc, &s.state);
+        (0..new.len()).any(|g| {
+            let scale = new[g].abs().max(old[g].abs()).max(0.1);
+            let (miss, moved) = ((new[g] - guess[g]).abs(), (new[g] - old[g]).abs());
+            miss > JUMP * scale && miss > 0.5 * moved
+        })
+    }
+
+    /// Accepts a state of the branch. Limit points and stops passed since the state before are reported, with `watch`; a change of
+    /// the elements of the meridian is made in any case, and the branch goes on from there in its new stage.
     fn accept(&mut self, solution: Solution, watch: bool) -> Result<(), Stop> {
+        let a = self.last().clone();
+        let change = self.change(&a, &solution)?;
+        let end = change.as_ref().map_or(&solution, |c| &c.1);
+        self.meet(Some(&a), end);
         if watch {
-            let a = self.last().clone();
-            let found = self.events(&a, &solution)?;
-            for (kind, of, state) in found {
+            for (kind, of, state) in self.events(&a, end)? {
                 let reason = if kind == "fold" { Reason::Fold } else { Reason::Event };
-                self.outcome.events.push(Event { kind, of, solution: state.clone() });
+                self.happen(kind, of, self.model.stage(), state.clone());
                 self.report(reason, None, state);
                 if kind == "end" {
                     return Err(Stop::Met);
                 }
             }
         }
-        self.push(solution);
+        let Some((change, at)) = change else {
+            if self.asked.is_some()
+                && self
+                    .model
+                    .clone()
+                    .branch
+                    .stops
+                    .iter()
+                    .any(|(_, f)| on_slots(&self.model, f, &a) * on_slots(&self.model, f, &solution) < 0.0)
+            {
+                return Err(Stop::Met);
+            }
+            self.push(solution);
+            return Ok(());
+        };
+        let model = self.model.toggled(change.at).map_err(|_| Stop::Lost(change.of.clone()))?;
+        if watch {
+            self.happen(change.kind, change.of.clone(), model.stage(), at.clone());
+            self.report(Reason::Event, None, at.clone());
+        }
+        self.enter(model, &at)
+    }
+
+    fn happen(&mut self, kind: &'static str, of: String, stage_after: String, solution: Solution) {
+        self.outcome.events.push(Event { kind, of, stage_before: self.model.stage(), stage_after, solution });
+    }
+
+    /// Goes on from a state in another stage.
+    fn enter(&mut self, model: Model, from: &Solution) -> Result<(), Stop> {
+        let c = self.value(from);
+        let (mut disc, mut z) = carry(&self.model, from, &model);
+        self.model = Arc::new(model);
+        self.system = self.model.system.clone();
+        let of = self.model.quantities[self.control].formula.clone();
+        self.system.closing = Closing::Value { of, target: c };
+        let solution = state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work)
+            .map_err(Stop::Halt)?;
+        self.history = vec![solution];
         Ok(())
+    }
+
+    /// The first change of the elements of the meridian between two states, and the state in which it happens.
+    fn change(&mut self, a: &Solution, b: &Solution) -> Result<Option<(Change, Solution)>, Stop> {
+        let model = self.model.clone();
+        let (ca, cb) = (self.value(a), self.value(b));
+        let mut first: Option<(f64, Change, Solution)> = None;
+        for change in &model.changes {
+            let g = |s: &Solution| watched(&model, change, s);
+            let (Some(ga), Some(gb)) = (g(a), g(b)) else { continue };
+            // A new contact has no length yet; it is undone only after it has had some.
+            let crossed = match change.when {
+                When::Formula(_) => ga * gb < 0.0,
+                When::Length(_) => ga > 1e-9 && gb < 0.0,
+                When::Pressure(_) => ga > 0.0 && gb < 0.0,
+            };
+            if crossed {
+                let s = self.between(a, b, g, 1e-14).ok_or(Stop::Astray)?;
+                let t = (self.value(&s) - ca) / (cb - ca);
+                if first.as_ref().is_none_or(|f| t < f.0) {
+                    first = Some((t, change.clone(), s));
+                }
+            }
+        }
+        Ok(first.map(|(_, change, s)| (change, s)))
     }
 
     /// Limit points and stops between two states, in the order of the control.
     fn events(&mut self, a: &Solution, b: &Solution) -> Result<Vec<(&'static str, String, Solution)>, Stop> {
+        let model = self.model.clone();
         let mut found = vec![];
         let (ca, cb) = (self.value(a), self.value(b));
-        for name in self.model.branch.limit_points.clone() {
-            let Some(q) = self.model.quantities.iter().position(|q| q.name == name) else { continue };
+        for name in &model.branch.limit_points {
+            let Some(q) = model.quantities.iter().position(|q| q.name == *name) else { continue };
             if q == self.control {
                 continue; // met as a turn of the control itself
             }
@@ -572,26 +722,28 @@ impl Tracer<'_> {
                 && sa * sb < 0.0
                 && let Some(s) = self.extremum(q, a, b)
             {
-                found.push(("fold", name, s));
+                found.push(("fold", name.clone(), s));
             }
         }
-        for (name, formula) in &self.model.branch.stops {
-            let g = |s: &Solution| {
-                let index = s.disc.slot_index();
-                Some(formula.value(&self.model.system, &|slot| s.state[index[slot]]))
-            };
+        for (name, formula) in &model.branch.stops {
+            let g = |s: &Solution| Some(on_slots(&model, formula, s));
             if let (Some(ga), Some(gb)) = (g(a), g(b))
                 && ga * gb < 0.0
             {
-                let model = self.model;
-                let g = move |s: &Solution| {
-                    let index = s.disc.slot_index();
-                    Some(formula.value(&model.system, &|slot| s.state[index[slot]]))
-                };
-                if let Some(s) = self.between(a, b, g, 1e-15) {
-                    found.push(("end", name.clone(), s));
-                }
+                let s = self.between(a, b, g, 1e-15).ok_or(Stop::Astray)?;
+                found.push(("end", name.clone(), s));
             }
+        }
+        // Where the branch ends a quantity may end with a double zero: that is no limit point.
+        let ends: Vec<f64> = found.iter().filter(|f| f.0 == "end").map(|f| self.value(&f.2)).collect();
+        found.retain(|f| f.0 != "fold" || ends.iter().all(|e| (self.value(&f.2) - e).abs() > 1e-6 * e.abs()));
+        // Wrinkles: the least tension changes its sign.
+        let least = |s: &Solution| profile(&model, s).iter().map(|r| r.w_l.min(r.w_m)).reduce(f64::min);
+        if let (Some(wa), Some(wb)) = (least(a), least(b))
+            && wa * wb < 0.0
+            && let Some(s) = self.between(a, b, least, 1e-6)
+        {
+            found.push(("wrinkling", "least tension".into(), s));
         }
         found.sort_by(|x, y| ((self.value(&x.2) - ca) / (cb - ca)).total_cmp(&((self.value(&y.2) - ca) / (cb - ca))));
         Ok(found)
@@ -608,10 +760,20 @@ impl Tracer<'_> {
                 return Ok(());
             }
             let target = if step.abs() >= 0.999 * left.abs() { c } else { here + step };
+            let predicted = self.predict(target);
             match self.at(target) {
+                Ok(solution) if self.jumps(&predicted, &solution) && step.abs() > LEAST_STEP * span => {
+                    step = 0.3 * (target - here);
+                }
                 Ok(solution) => {
-                    self.accept(solution, watch)?;
-                    if target == c {
+                    match self.accept(solution, watch) {
+                        Err(Stop::Astray) if step.abs() > LEAST_STEP * span => {
+                            step = 0.3 * (target - here);
+                            continue;
+                        }
+                        other => other?,
+                    }
+                    if same(self.value(self.last()), c) {
                         return Ok(());
                     }
                     step *= 2.0;
@@ -632,11 +794,12 @@ impl Tracer<'_> {
     fn around(&mut self, c: f64, watch: bool, halt: Halt) -> Result<(), Stop> {
         let begun = self.value(self.last());
         let toward = (c - begun).signum();
+        let model = self.model.clone();
         // Unit tangent in the globals, relative to their magnitude, pointing towards c.
         let unit = |s: &Solution, sign: f64| -> (Vec<f64>, f64) {
             let p = s.disc.p();
             let weights: Vec<f64> =
-                s.state[p..].iter().enumerate().map(|(g, v)| self.model.system.global_scale(g, *v).powi(-2)).collect();
+                s.state[p..].iter().enumerate().map(|(g, v)| model.system.global_scale(g, *v).powi(-2)).collect();
             let t = &s.tangent[p..];
             let length = t.iter().zip(&weights).map(|(t, w)| t * t * w).sum::<f64>().sqrt();
             (t.iter().zip(&weights).map(|(t, w)| sign * t * w / length).collect(), sign / length)
@@ -656,16 +819,12 @@ impl Tracer<'_> {
             let mut z: Vec<f64> = s.state.iter().zip(&s.tangent).map(|(z, t)| z + ds * scale * t).collect();
             self.system.closing =
                 Closing::Arc { slots: slots.clone(), direction: direction.clone(), target: base + ds };
-            match state::solve(self.model, &self.system, &mut disc, &mut z, &mut self.work) {
+            match state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work) {
                 Ok(next) => {
                     // The tangent of `next` is per unit of arclength along `direction`, so it points onwards.
                     if self.rate(&next) * toward <= 0.0 {
                         let turn = self.turn(&s, &next, &slots, &direction, base, ds)?;
-                        self.outcome.events.push(Event {
-                            kind: "fold",
-                            of: self.model.branch.control.clone(),
-                            solution: turn.clone(),
-                        });
+                        self.happen("fold", self.model.branch.control.clone(), self.model.stage(), turn.clone());
                         self.report(Reason::Fold, None, turn);
                         self.history = vec![next];
                         return Err(Stop::Turned);
@@ -675,6 +834,9 @@ impl Tracer<'_> {
                         return Ok(());
                     }
                     self.accept(next, watch)?;
+                    if !Arc::ptr_eq(&model, &self.model) {
+                        return Ok(()); // another stage, other unknowns
+                    }
                     (direction, scale) = unit(self.last(), 1.0);
                     ds *= 1.5;
                     if (self.value(self.last()) - begun).abs() > 0.1 * (c - begun).abs() {
@@ -716,7 +878,8 @@ impl Tracer<'_> {
             let (mut disc, mut z) = (best.disc.clone(), best.state.clone());
             self.system.closing =
                 Closing::Arc { slots: slots.to_vec(), direction: direction.to_vec(), target: base + x };
-            let s = state::solve(self.model, &self.system, &mut disc, &mut z, &mut self.work).map_err(Stop::Halt)?;
+            let s = state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work)
+                .map_err(Stop::Halt)?;
             let toward = (self.value(b) - self.value(a)).signum();
             let _ = toward;
             let g = self.rate(&s) * self.rate(b).signum() * -1.0;
@@ -734,6 +897,86 @@ impl Tracer<'_> {
         }
         Ok(best)
     }
+}
+
+/// The value of a formula of slots at a state.
+fn on_slots(model: &Model, formula: &Formula, s: &Solution) -> f64 {
+    let index = s.disc.slot_index();
+    formula.value(&model.system, &|slot| s.state[index[slot]])
+}
+
+/// What is watched for a change, at a state.
+fn watched(model: &Model, change: &Change, s: &Solution) -> Option<f64> {
+    match &change.when {
+        When::Formula(formula) => Some(on_slots(model, formula, s)),
+        When::Length(piece) => {
+            let globals = s.disc.globals(&s.state);
+            let at = |place: Place| match place {
+                Place::Unknown(g) => Some(globals[g]),
+                Place::Fixed(eta) => Some(eta),
+                Place::Pole => None,
+            };
+            let p = &model.system.pieces[*piece];
+            Some(at(p.to)? - at(p.from)?)
+        }
+        When::Pressure(piece) => {
+            let name = &model.system.pieces[*piece].name;
+            profile(model, s).iter().filter(|r| r.segment == *name).filter_map(|r| r.p_c).reduce(f64::min)
+        }
+    }
+}
+
+/// A state of one stage as a first approximation in another: pieces and unknowns of the same name keep what they have; a piece
+/// that appears has no length, at the end of the piece before it.
+fn carry(old: &Model, s: &Solution, new: &Model) -> (Arc<Discretization>, Vec<f64>) {
+    let same = |name: &str| old.system.pieces.iter().position(|p| p.name == name);
+    let pieces = &new.system.pieces;
+    let meshes =
+        pieces.iter().map(|p| same(&p.name).map_or_else(|| uniform(2), |o| s.disc.meshes[o].clone())).collect();
+    let disc = Discretization::new(new.system.layout().clone(), s.disc.gauss.clone(), meshes);
+    let mut z = vec![0.0; disc.unknowns()];
+    let old_globals = s.disc.globals(&s.state);
+    let place = |place: Place| match place {
+        Place::Unknown(g) => old_globals[g],
+        Place::Fixed(eta) => eta,
+        Place::Pole => 0.0,
+    };
+    for (i, piece) in pieces.iter().enumerate() {
+        if let Some(o) = same(&piece.name) {
+            let from = s.disc.y(o, 0)..s.disc.q(o) + s.disc.layout.segments[o].coupled;
+            z[disc.y(i, 0)..disc.q(i) + disc.layout.segments[i].coupled].copy_from_slice(&s.state[from]);
+            continue;
+        }
+        let Some(o) = i.checked_sub(1).and_then(|b| same(&pieces[b].name)) else { continue };
+        let end = s.disc.y(o, s.disc.intervals(o));
+        let n = piece.kind.states().min(old.system.pieces[o].kind.states());
+        for point in 0..=disc.intervals(i) {
+            let at = disc.y(i, point);
+            z[at..at + n].copy_from_slice(&s.state[end..end + n]);
+        }
+    }
+    for (g, name) in new.globals.iter().enumerate() {
+        let at = disc.p() + g;
+        if let Some(o) = old.globals.iter().position(|n| n == name) {
+            z[at] = old_globals[o];
+            continue;
+        }
+        for (i, piece) in pieces.iter().enumerate() {
+            let before = i.checked_sub(1).and_then(|b| same(&pieces[b].name));
+            if piece.to == Place::Unknown(g)
+                && let Some(o) = same(&piece.name)
+            {
+                z[at] = place(old.system.pieces[o].to);
+            } else if *name == format!("{}.start.h", piece.name)
+                && let Some(o) = before
+            {
+                // Where the piece before it ends: its start, and its fall.
+                let start = old.globals.iter().position(|n| *n == format!("{}.start.h", old.system.pieces[o].name));
+                z[at] = start.map_or(0.0, |g| old_globals[g]) + s.state[s.disc.q(o)];
+            }
+        }
+    }
+    (Arc::new(disc), z)
 }
 
 /// True if two values agree to within what counts as the same.

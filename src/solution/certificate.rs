@@ -74,7 +74,7 @@ impl Certificate {
 
     fn forces(&mut self, model: &Model, view: &View) {
         for (s, piece) in model.system.pieces.iter().enumerate() {
-            if !matches!(piece.kind, Kind::Contact(_)) {
+            if matches!(piece.kind, Kind::Free) {
                 continue;
             }
             let (balance, size) = patch_balance(model, view, s);
@@ -100,7 +100,7 @@ impl Certificate {
         for (s, piece) in model.system.pieces.iter().enumerate() {
             let p = piece.pressure.value(&|g| view.global(g)).re;
             let volume = match &piece.kind {
-                Kind::Free => crate::system::Probe::Quadrature(s, 1),
+                Kind::Free | Kind::Wall { .. } => crate::system::Probe::Quadrature(s, 1),
                 Kind::Contact(_) => crate::system::Probe::SweptVolume(s),
             };
             let v = volume.value(&model.system, &|slot| view.slot(slot));
@@ -132,7 +132,7 @@ impl Certificate {
                     note("hoop tension < 0", &piece.name, m.phi, m.w_m);
                 }
                 match &piece.kind {
-                    Kind::Contact(_) => {
+                    Kind::Contact(_) | Kind::Wall { .. } => {
                         let p_c = if m.rho0 > 0.0 { p - m.w_m * m.sin / (m.rho0 * m.lambda * m.mu) } else { p };
                         if p_c < -TOLERANCE * p.abs().max(p_c.abs()) {
                             note("contact pressure < 0", &piece.name, m.phi, p_c);
@@ -220,7 +220,7 @@ fn integrated_force(model: &Model, view: &View, s: usize) -> f64 {
 pub(super) fn heights(model: &Model, view: &View, s: usize) -> Vec<f64> {
     let system = &model.system;
     let piece = &system.pieces[s];
-    if !matches!(piece.kind, Kind::Free) {
+    if piece.kind.coupled() == 0 {
         return vec![];
     }
     let Some(start) = view.value(&model.heights[s]) else { return vec![] };

@@ -112,28 +112,29 @@ impl Solution {
         }
     }
 
-    /// The largest error relative to the accuracy asked for, and whose it is; below 1 all is well. Quantities that vanish are
-    /// measured against what rounding leaves of them.
-    pub fn worst_error(&self, accuracy: f64) -> (f64, usize) {
-        self.worst(accuracy, |m| m.error)
+    /// The largest error relative to the accuracy asked for, and whose it is; below 1 all is well. A quantity that vanishes is
+    /// measured against a thousandth of its `typical` magnitude.
+    pub fn worst_error(&self, accuracy: f64, typical: &[f64]) -> (f64, usize) {
+        self.worst(accuracy, typical, |m| m.error)
     }
 
     /// The same for the part that a finer mesh would reduce, where it stands out from rounding; infinite where a quantity is not a
     /// number.
-    pub fn worst_discretisation(&self, accuracy: f64) -> f64 {
+    pub fn worst_discretisation(&self, accuracy: f64, typical: &[f64]) -> f64 {
         if self.undefined {
             return f64::INFINITY;
         }
         let reducible =
             |m: &Measured| if m.discretisation > m.error - m.discretisation { m.discretisation } else { 0.0 };
-        self.worst(accuracy, reducible).0
+        self.worst(accuracy, typical, reducible).0
     }
 
-    fn worst(&self, accuracy: f64, error: impl Fn(&Measured) -> f64) -> (f64, usize) {
+    fn worst(&self, accuracy: f64, typical: &[f64], error: impl Fn(&Measured) -> f64) -> (f64, usize) {
         let mut worst = (0.0, 0);
         for (i, q) in self.quantities.iter().enumerate() {
             if let Some(q) = q {
-                let ratio = error(q) / (accuracy * q.value.abs()).max(1e-13);
+                let size = q.value.abs().max(1e-3 * typical.get(i).copied().unwrap_or(0.0));
+                let ratio = error(q) / (accuracy * size).max(1e-13);
                 if !(ratio <= worst.0) {
                     worst = (ratio, i);
                 }

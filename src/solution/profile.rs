@@ -52,6 +52,9 @@ pub fn profile(model: &Model, solution: &Solution) -> Vec<Row> {
             let phi = system.reference.phi(eta);
             let (tau, h, p_c) = match &piece.kind {
                 Kind::Free => (y[2], heights[i], None),
+                Kind::Wall { .. } => {
+                    (std::f64::consts::FRAC_PI_2, heights[i], Some(piece.contact_pressure(&m, pressure)))
+                }
                 Kind::Contact(face) => {
                     let p_c = if m.rho0 > 0.0 { m.contact_pressure(pressure, 0.0) } else { pressure };
                     (face.tangent(m.u()), apex.map_or(f64::NAN, |h| h.re) + face.drop(m.u()), Some(p_c))

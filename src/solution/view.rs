@@ -106,6 +106,7 @@ impl<'a> View<'a> {
             Probe::Reported(s, q) => Some(self.reported(s, q)),
             Probe::LargestRadius => Some(*self.largest_radius.get_or_init(|| self.find_largest_radius())),
             Probe::TipCoefficient(s, side) => self.tip_coefficient(s, side),
+            Probe::Absent => None,
             Probe::End(s, side, field) if self.is_infinite_field(s, side, field) => None,
             _ => Some(probe.value(&self.model.system, &|slot| self.slot(slot))),
         }

@@ -14,23 +14,30 @@ use std::f64::consts::PI;
 pub enum Kind {
     /// Nothing but pressure.
     Free,
-    /// A rigid frictionless face.
+    /// A rigid frictionless face, on which the radius says where the membrane is.
     Contact(Face),
+    /// The inside of a rigid frictionless tube: tau = pi/2, the radius is given, the height is what moves.
+    Wall {
+        /// Radius of the tube.
+        radius: f64,
+    },
 }
 
 impl Kind {
-    /// Number of states: ln(lambda), ln(mu), and tau where it is free.
+    /// Number of states: ln(lambda), ln(mu) where the radius is not given, and tau where it is free.
     pub fn states(&self) -> usize {
         match self {
             Kind::Free => 3,
             Kind::Contact(_) => 2,
+            Kind::Wall { .. } => 1,
         }
     }
 
-    /// Quadratures that conditions may use. Free: increments of h and of the volume under the meridian, integral of pi u^2 dh.
+    /// Quadratures that conditions may use: increments of h and of the volume under the meridian, integral of pi u^2 dh; none
+    /// on a face, where both follow from the radius.
     pub fn coupled(&self) -> usize {
         match self {
-            Kind::Free => 2,
+            Kind::Free | Kind::Wall { .. } => 2,
             Kind::Contact(_) => 0,
         }
     }
@@ -142,11 +149,18 @@ impl Piece {
     #[inline(always)]
     pub fn local<S: Scalar>(&self, reference: &Sphere, law: &Law, eta: S, y: &[S]) -> Local<S> {
         let point = reference.at(eta);
-        let tau = match &self.kind {
-            Kind::Free => y[2],
-            Kind::Contact(face) => face.tangent(y[1].exp() * point.rho0),
-        };
-        Local::new(law, point, y[0], y[1], tau)
+        let (ln_mu, tau) = self.shape(point.rho0, y);
+        Local::new(law, point, y[0], ln_mu, tau)
+    }
+
+    /// ln(mu) and tau at reference radius `rho0`, from the states.
+    #[inline(always)]
+    pub(super) fn shape<S: Scalar>(&self, rho0: S, y: &[S]) -> (S, S) {
+        match &self.kind {
+            Kind::Free => (y[1], y[2]),
+            Kind::Contact(face) => (y[1], face.tangent(y[1].exp() * rho0)),
+            Kind::Wall { radius } => (-(rho0 / *radius).ln(), S::from(0.5 * PI)),
+        }
     }
 
     /// Equations and quadratures at `x`: `out` receives as many as it has room for.
@@ -157,24 +171,29 @@ impl Piece {
         let m = self.local(reference, law, eta, y);
         let [f0, f1] = m.stretching();
         out[0] = f0 * stretch;
-        out[1] = f1 * stretch;
         let measure = m.rho0 * stretch;
         match &self.kind {
+            Kind::Wall { .. } => {
+                if out.len() > 1 {
+                    self.falling(&m, measure, &mut out[1..]);
+                }
+                if out.len() > 3 {
+                    self.reported(&m, measure, &mut out[3..]);
+                }
+            }
             Kind::Free => {
+                out[1] = f1 * stretch;
                 let p = self.pressure.net(rest);
                 out[2] = m.turning(p) * stretch;
                 if out.len() > 3 {
-                    // (4) of the membrane, and pi u^2 dh
-                    let fall = measure * m.lambda * m.sin;
-                    let u = m.u();
-                    out[3] = fall;
-                    out[4] = u * u * fall * PI;
+                    self.falling(&m, measure, &mut out[3..]);
                 }
                 if out.len() > 5 {
                     self.reported(&m, measure, &mut out[5..]);
                 }
             }
             Kind::Contact(_) => {
+                out[1] = f1 * stretch;
                 if out.len() > 2 {
                     self.reported(&m, measure, &mut out[2..]);
                 }
@@ -186,6 +205,15 @@ impl Piece {
     pub fn contact_pressure<S: Scalar>(&self, m: &Local<S>, p: S) -> S {
         // Along a face tau turns with the radius only; both faces so far are straight.
         m.contact_pressure(p, S::from(0.0))
+    }
+
+    /// (4) of the membrane, and pi u^2 dh.
+    #[inline(always)]
+    fn falling<S: Scalar>(&self, m: &Local<S>, measure: S, out: &mut [S]) {
+        let fall = measure * m.lambda * m.sin;
+        let u = m.u();
+        out[0] = fall;
+        out[1] = u * u * fall * PI;
     }
 
     /// Energy 2 pi rho0 w dS and area 2 pi u lambda dS.

@@ -59,6 +59,8 @@ pub enum Probe {
     Reported(usize, usize),
     /// Largest radius of all pieces. Not for conditions.
     LargestRadius,
+    /// A limit at an element that is absent in this stage: it has no value.
+    Absent,
     /// The coefficient C in lambda ~ C phi^(cos a - 1) at the start or end of a piece. Not for conditions.
     TipCoefficient(usize, Side),
 }
@@ -66,7 +68,7 @@ pub enum Probe {
 impl Probe {
     /// True for numbers that conditions can be made of: those that depend on few slots.
     pub fn is_local(&self) -> bool {
-        !matches!(self, Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..))
+        !matches!(self, Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent)
     }
 
     /// Adds the slots that it depends on.
@@ -97,7 +99,7 @@ impl Probe {
                 Probe::End(s, Side::Start, Field::U).slots(system, out);
                 Probe::End(s, Side::End, Field::U).slots(system, out);
             }
-            Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) => {}
+            Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent => {}
         }
     }
 
@@ -112,7 +114,7 @@ impl Probe {
             Probe::Quadrature(s, q) => slot(layout.quadratures(s) + q),
             Probe::End(s, side, field) => end_field(system, s, side, field, slot),
             Probe::SweptVolume(s) => match &system.pieces[s].kind {
-                Kind::Free => S::from(0.0),
+                Kind::Free | Kind::Wall { .. } => S::from(0.0),
                 Kind::Contact(face) => {
                     // Between the axis and a tip's inner end the face goes on.
                     let radius = |side| match (side, system.pieces[s].coordinate) {
@@ -122,7 +124,7 @@ impl Probe {
                     face.swept_volume(radius(Side::Start), radius(Side::End))
                 }
             },
-            Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) => {
+            Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent => {
                 unreachable!("only local probes have a value in slots")
             }
         }
@@ -170,8 +172,9 @@ fn end_field<S: Scalar>(system: &System, s: usize, side: Side, field: Field, slo
     let piece = &system.pieces[s];
     let y = end_states(system, s, side, slot);
     let eta = end_eta(system, piece, side, slot);
-    let (lambda, mu) = (y[0].exp(), y[1].exp());
     let rho0 = || eta.map_or(S::from(0.0), |eta| system.reference.at(eta).rho0);
+    let (ln_mu, tau) = piece.shape(rho0(), &y);
+    let (lambda, mu) = (y[0].exp(), ln_mu.exp());
     let phi = || match (eta, side) {
         (Some(eta), _) => system.reference.phi(eta),
         (None, Side::Start) => S::from(0.0),
@@ -184,16 +187,13 @@ fn end_field<S: Scalar>(system: &System, s: usize, side: Side, field: Field, slo
         Field::Phi => phi(),
         Field::S => phi() * system.reference.radius,
         Field::Rho0 => rho0(),
-        Field::Tau => match &piece.kind {
-            Kind::Free => y[2],
-            Kind::Contact(face) => face.tangent(mu * rho0()),
-        },
+        Field::Tau => tau,
         Field::W => system.law.response(lambda, mu).w,
         Field::TensionL => system.law.response(lambda, mu).w_l,
         Field::TensionM => system.law.response(lambda, mu).w_m,
         Field::Drop => match &piece.kind {
-            Kind::Free => S::from(0.0),
             Kind::Contact(face) => face.drop(mu * rho0()),
+            _ => S::from(0.0),
         },
         Field::ContactPressure => {
             let p = piece.pressure.value(&|g| slot(system.layout.global(g)));
@@ -204,7 +204,7 @@ fn end_field<S: Scalar>(system: &System, s: usize, side: Side, field: Field, slo
         }
         Field::TipDrift => match &piece.kind {
             Kind::Contact(face) => tip_drift(&system.law, face.tip_inclination().cos(), lambda, mu),
-            Kind::Free => S::from(0.0),
+            _ => S::from(0.0),
         },
     }
 }
