@@ -122,7 +122,7 @@ fn run_prints_a_table_that_fits_and_says_how_good_it_is() {
     assert!(ran.err.is_empty(), "no progress without a terminal: {}", ran.err);
     assert!(ran.out.lines().all(|line| line.chars().count() <= 120));
     assert!(ran.out.contains("(25 of 50 states; all of them with --format json or --out DIR)"));
-    let table = ran.out.lines().filter(|l| l.starts_with(" step ") || l.starts_with(" end ")).count();
+    let table = ran.out.lines().filter(|l| l.starts_with(" 0.")).count();
     assert_eq!(table, 25);
     assert!(ran.out.contains("Every state is admissible."));
     let short = membrane(&["run", PLATES, "--set", SHORT]).exits(0);
@@ -202,6 +202,40 @@ fn at_gives_the_states_that_are_asked_for_in_order() {
     // Exact on the contact disc.
     let q = |name: &str| points[0]["quantities"][name].as_f64().unwrap();
     assert!((q("force") / (std::f64::consts::PI * q("p_f") * q("u_c").powi(2)) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn every_crossing_counts_and_what_is_never_met_is_said_with_its_range() {
+    let ran =
+        membrane(&["run", "problems/sphere_inflation.ron", "--at", "p=1", "--at", "stretch=2", "--format", "json"]);
+    let document = ran.exits(0).json();
+    let points = document["points"].as_array().unwrap();
+    let value = |i: usize, name: &str| points[i]["quantities"][name].as_f64().unwrap();
+    assert_eq!(points.len(), 3, "the pressure is met before and after its limit point");
+    for i in 0..2 {
+        let l = value(i, "stretch");
+        assert!((2.0 * (1.0 / l - l.powi(-7)) - 1.0).abs() < 1e-8, "{l} is no closed form");
+    }
+    assert!(value(0, "stretch") < value(1, "stretch") - 0.5);
+    assert_eq!(points[2]["at"]["name"], "stretch");
+
+    let ran = membrane(&["run", PLATES, "--at", "force=300", "--at", "force=3", "--format", "json"]).exits(1);
+    let document = ran.json();
+    let message = document["message"].as_str().unwrap();
+    assert!(message.contains("force = 300") && message.contains("26.8342"), "{message}");
+    assert_eq!(document["points"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn limit_points_are_reported_as_states_and_events() {
+    let document = membrane(&["run", "problems/sphere_inflation.ron", "--format", "json"]).exits(0).json();
+    let event = &document["events"][0];
+    assert_eq!((&event["kind"], &event["of"]), (&"fold".into(), &"p".into()));
+    let stretch = 7.0_f64.powf(1.0 / 6.0);
+    assert!((event["quantities"]["stretch"].as_f64().unwrap() / stretch - 1.0).abs() < 1e-7);
+    assert!(document["points"].as_array().unwrap().iter().any(|p| p["reason"] == "fold"));
+    let text = membrane(&["run", "problems/sphere_inflation.ron"]).exits(0).out;
+    assert!(text.contains("Event: fold of p: p = 1.23946") && text.contains("\n fold "), "{text}");
 }
 
 #[test]
