@@ -3,7 +3,6 @@
 use super::number::{align, digits, format, plain, small};
 use super::{Report, reason};
 use crate::run::{Point, Reason, Status};
-use crate::system::Formula;
 use comfy_table::{LineStyle, Table, presets};
 use std::fmt::Write;
 
@@ -42,11 +41,13 @@ pub fn result(report: &Report) -> String {
     text
 }
 
-/// Quantities that are the same in every state by what they are.
+/// Quantities that are the same in every state by what they are, in every stage that was met.
 fn constants(report: &Report) -> Vec<usize> {
-    let constant = |f: &Formula| f.probes().next().is_none();
-    let quantities = report.model.quantities.iter().enumerate();
-    quantities.filter(|(_, q)| constant(&q.formula)).map(|(i, _)| i).collect()
+    let constant = |i: usize| {
+        let here = std::iter::once(report.model).chain(report.outcome.points.iter().map(|p| &*p.model));
+        here.into_iter().all(|m| m.quantities[i].formula.probes().next().is_none())
+    };
+    (0..report.model.quantities.len()).filter(|&i| constant(i)).collect()
 }
 
 /// Quantities in the order of the columns: the control, what was asked for, the others as declared.
