@@ -186,47 +186,60 @@ pub enum Singular {
     Matching,
 }
 
+/// The matching system at `z`, slots x slots, row-major: all that is left when the segments are eliminated. Rows in the order chains
+/// (n, then q, per segment), conditions.
+///
+/// # Errors
+/// [`Singular`] where a block inside a segment has no inverse, or something is not finite.
+pub fn matching<P: Problem>(problem: &P, disc: &Discretization, z: &[f64]) -> Result<Vec<f64>, Singular> {
+    condense(problem, disc, z).map(|c| c.1)
+}
+
+/// Eliminates the segments: their factors, and the matching system.
+fn condense<P: Problem>(problem: &P, disc: &Discretization, z: &[f64]) -> Result<(Vec<Chain>, Vec<f64>), Singular> {
+    let layout = &disc.layout;
+    let size = layout.slots();
+    let mut matrix = vec![0.0; size * size];
+    let mut chains = Vec::with_capacity(layout.segments.len());
+    let mut row = 0;
+    for s in 0..layout.segments.len() {
+        chains.push(Chain::eliminate(problem, disc, z, s, &mut matrix, &mut row)?);
+    }
+    let slot_index = disc.slot_index();
+    let mut values = vec![];
+    for i in 0..layout.conditions() {
+        let slots = problem.condition_slots(i);
+        for (part, chunk) in slots.chunks(LANES).enumerate() {
+            values.clear();
+            values.extend(slots.iter().enumerate().map(|(a, &slot)| {
+                let v = z[slot_index[slot]];
+                if a / LANES == part { D::variable(v, a % LANES) } else { D::from(v) }
+            }));
+            let b = problem.condition(i, &values);
+            for (a, &slot) in chunk.iter().enumerate() {
+                matrix[row * size + slot] += b.du[a];
+            }
+        }
+        row += 1;
+    }
+    debug_assert_eq!(row, size);
+    if matrix.iter().all(|v| v.is_finite()) { Ok((chains, matrix)) } else { Err(Singular::Matching) }
+}
+
 impl Linearization {
     /// Evaluates and factorises the Jacobian at `z`.
     ///
     /// # Errors
     /// [`Singular`] names the block that has no inverse in floating point or is not finite.
     pub fn new<P: Problem>(problem: &P, disc: &Discretization, z: &[f64]) -> Result<Self, Singular> {
-        let layout = &disc.layout;
-        let size = layout.slots();
-        let mut matrix = vec![0.0; size * size];
-        let mut chains = Vec::with_capacity(layout.segments.len());
-        let mut row = 0;
-        for s in 0..layout.segments.len() {
-            chains.push(Chain::eliminate(problem, disc, z, s, &mut matrix, &mut row)?);
-        }
-        let slot_index = disc.slot_index();
-        let mut values = vec![];
-        for i in 0..layout.conditions() {
-            let slots = problem.condition_slots(i);
-            for (part, chunk) in slots.chunks(LANES).enumerate() {
-                values.clear();
-                values.extend(slots.iter().enumerate().map(|(a, &slot)| {
-                    let v = z[slot_index[slot]];
-                    if a / LANES == part { D::variable(v, a % LANES) } else { D::from(v) }
-                }));
-                let b = problem.condition(i, &values);
-                for (a, &slot) in chunk.iter().enumerate() {
-                    matrix[row * size + slot] += b.du[a];
-                }
-            }
-            row += 1;
-        }
-        debug_assert_eq!(row, size);
-        if !matrix.iter().all(|v| v.is_finite()) {
-            return Err(Singular::Matching);
-        }
+        let size = disc.layout.slots();
+        let (chains, matrix) = condense(problem, disc, z)?;
         let (mut matching, mut vectors) = (matrix.clone(), vec![0.0; size * size]);
         householder(&mut matching, size, size, size, &mut vectors);
         if (0..size).any(|i| matching[i * size + i] == 0.0) {
             return Err(Singular::Matching);
         }
-        Ok(Linearization { chains, matching, vectors, matrix, slot_index })
+        Ok(Linearization { chains, matching, vectors, matrix, slot_index: disc.slot_index() })
     }
 
     /// What the residual of one interval adds to the relation (5) of its ends, each row of (T, -I) scaled to length 1: where a mode

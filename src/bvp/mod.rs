@@ -27,7 +27,7 @@ mod refine;
 #[cfg(test)]
 mod textbook;
 
-pub use assembly::{Linearization, Residual, Singular, residual};
+pub use assembly::{Linearization, Residual, Singular, matching, residual};
 pub use discretization::{Discretization, State};
 pub use estimate::quadratures_along;
 pub use estimate::{Estimate, rounding};

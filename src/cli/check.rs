@@ -69,17 +69,29 @@ pub fn check(options: &Options) -> Exit {
 /// What there is to say about the rank, if anything.
 fn verdict(rank: &Rank) -> Option<Diagnostic> {
     match rank.deficiency {
-        Some(0) => None,
+        Some(0) if rank.forced.is_empty() => None,
+        Some(0) => {
+            let list: Vec<String> = rank.forced.iter().map(|(name, v)| format!("{name} = {:.6}", if v.abs() < 5e-7 { 0.0 } else { *v })).collect();
+            let message =
+                format!("the conditions determine a solution, but force {} all along the branch", list.join(", "));
+            Some(
+                Diagnostic::warning("forced-unknown", message)
+                    .at_key("/unknowns", "an unknown that never changes")
+                    .help("a condition contradicts the balance of the membrane, or has a wrong sign"),
+            )
+        }
         Some(_) => {
             let message = format!(
                 "the conditions do not determine the solution: one of {} follows from the others",
                 names(&rank.dependent)
             );
-            Some(
-                Diagnostic::error("dependent-condition", message)
-                    .at("/meridian", "the count closes, the rank does not")
-                    .help(format!("left free: {}", names(&rank.free))),
-            )
+            let mut d = Diagnostic::error("dependent-condition", message)
+                .at("/meridian", "the count closes, the rank does not")
+                .help(format!("left free: {}", names(&rank.free)));
+            if !rank.closing.is_empty() {
+                d = d.help(format!("any one of these would close the system in its place: {}", names(&rank.closing)));
+            }
+            Some(d)
         }
         None => Some(
             Diagnostic::warning("rank-unknown", "no state was found at which the conditions could be examined")

@@ -242,6 +242,8 @@ pub struct Model {
     pub fluid_pressure: Option<usize>,
     /// Axial position of the start of each piece.
     pub heights: Vec<Formula>,
+    /// Known conditions that the file does not necessarily have, by name: what may close a set that leaves something free.
+    pub known_conditions: Vec<(String, Formula)>,
 }
 
 impl Model {
@@ -323,6 +325,7 @@ pub fn resolve_stage(problem: &Problem, presence: &Presence) -> Result<Model, Ve
             identities.push((name.clone(), lhs, rhs));
         }
     }
+    let known_conditions = known_conditions(&mut names, &system);
     let changes = changes(problem, presence, &mut names, &system, &mut errors);
     let mut present: Vec<String> = vec![];
     for (i, element) in problem.meridian.iter().flatten().enumerate() {
@@ -362,7 +365,34 @@ pub fn resolve_stage(problem: &Problem, presence: &Presence) -> Result<Model, Ve
         accuracy: problem.accuracy.map_or(1e-9, |a| a.get()),
         images,
         heights,
+        known_conditions,
     })
+}
+
+/// Conditions of the catalogue at the joints that have names, and what fixes the membrane on the axis.
+fn known_conditions(names: &mut Names, system: &System) -> Vec<(String, Formula)> {
+    let mut texts = vec![];
+    for joint in &names.joints {
+        let j = &joint.name;
+        let sides = |field: &str| format!("{j}.before.{field} = {j}.after.{field}");
+        texts.push((
+            format!("{j}: frictionless edge (lambda w_l - w continuous)"),
+            format!("{j}.before.lambda*{j}.before.w_l - {j}.before.w = {j}.after.lambda*{j}.after.w_l - {j}.after.w"),
+        ));
+        for field in ["lambda", "w_l", "u", "tau"] {
+            texts.push((format!("{j}: {field} continuous"), sides(field)));
+        }
+        texts.push((format!("{j}: material place given"), format!("{j}.phi = 0")));
+        texts.push((format!("{j}: axial position given"), format!("{j}.after.h = 0")));
+    }
+    texts.push(("axial position of the membrane given".to_owned(), "membrane.start.h = 0".to_owned()));
+    let mut found = vec![];
+    for (name, text) in texts {
+        if let Some(f) = names.equation(system, &text, "", true, &mut vec![]) {
+            found.push((name, f));
+        }
+    }
+    found
 }
 
 /// What changes the list of elements, from this stage.

@@ -25,7 +25,7 @@ pub fn branch(report: &Report) -> String {
     let mut text = header.join(",") + "\n";
     for (i, point) in report.outcome.points.iter().enumerate() {
         let quantities = &point.solution.quantities;
-        let mut line = vec![i.to_string(), reason(point.reason).into(), cell(&model.stage())];
+        let mut line = vec![i.to_string(), reason(point.reason).into(), cell(&point.model.stage())];
         line.extend(model.parameters.iter().map(|p| number(Some(p.1))));
         line.extend(quantities.iter().map(|q| number(q.map(|q| q.value))));
         line.extend(quantities.iter().map(|q| number(q.map(|q| q.error))));

@@ -1,9 +1,14 @@
 //! Numbers for people: as many digits as are known, and no more than can be read.
 
 /// Significant digits of a value with an absolute error: those that the error leaves, from 1 to `most`.
-pub fn digits(value: f64, error: f64, most: usize) -> usize {
+fn digits(value: f64, error: f64, most: usize) -> usize {
     let known = (value.abs() / error).log10().floor();
     if known.is_nan() { most } else { known.clamp(1.0, most as f64) as usize }
+}
+
+/// A value with the digits that its absolute error leaves, at most so many; zero where it leaves none.
+pub fn known(value: f64, error: f64, most: usize) -> String {
+    if value.abs() <= error { "0".into() } else { format(value, digits(value, error, most)) }
 }
 
 /// A value with so many significant digits.
@@ -56,6 +61,9 @@ mod tests {
         assert_eq!(digits(0.0, 0.0, 7), 7);
         assert_eq!(digits(1.0, 0.0, 7), 7);
         assert_eq!(format(1.234567, 3), "1.23");
+        assert_eq!(known(1.234567, 1e-3, 7), "1.23");
+        assert_eq!(known(-6e-15, 1e-13, 7), "0");
+        assert_eq!(known(0.5, f64::NAN, 7), "0.5000000");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The result of a run for people: what was solved, a table that fits the screen, how far it can be trusted, what happened.
 
-use super::number::{align, digits, format, plain, small};
+use super::number::{align, known, plain, small};
 use super::{Report, reason};
 use crate::run::{Point, Reason, Status};
 use comfy_table::{LineStyle, Table, presets};
@@ -107,7 +107,7 @@ fn rows(report: &Report, text: &mut String) {
         }
         let cell = |p: &usize| match points[*p].solution.quantity(i) {
             Some(q) if k == 0 => plain(q.value),
-            Some(q) => format(q.value, digits(q.value, q.error, DIGITS)),
+            Some(q) => known(q.value, q.error, DIGITS),
             None => "-".into(),
         };
         let mut numbers: Vec<String> = shown.iter().map(cell).collect();
@@ -231,7 +231,7 @@ fn events(report: &Report, text: &mut String) {
         let value = |name: &str| {
             let i = model.quantities.iter().position(|q| q.name == name)?;
             let q = event.solution.quantity(i)?;
-            Some(format!("{name} = {}", format(q.value, digits(q.value, q.error, DIGITS + 3))))
+            Some(format!("{name} = {}", known(q.value, q.error, DIGITS + 3)))
         };
         let mut names = vec![event.of.as_str()];
         if event.of != model.branch.control {
@@ -239,7 +239,13 @@ fn events(report: &Report, text: &mut String) {
         }
         let values: Vec<String> = names.into_iter().filter_map(value).collect();
         let kind = event.kind.replace('_', " ");
-        let _ = writeln!(text, "Event: {kind} of {}: {}", event.of, values.join(", "));
+        let what =
+            if event.kind == "end" { format!("{kind} ({})", event.of) } else { format!("{kind} of {}", event.of) };
+        let _ = write!(text, "Event: {what}: {}", values.join(", "));
+        let _ = match event.stage_before == event.stage_after {
+            true => writeln!(text),
+            false => writeln!(text, "; stage {} -> {}", event.stage_before, event.stage_after),
+        };
     }
 }
 

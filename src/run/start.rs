@@ -28,18 +28,19 @@ fn single(system: &System, probe: Probe) -> Formula {
     system.formula(builder.finish(), vec![probe])
 }
 
-/// The initial state itself, sampled on a mesh: every place at `eta_c` from the pole it belongs to.
-pub(super) fn sample(model: &Model, stretch: f64, contact: f64) -> (Arc<Discretization>, Vec<f64>) {
+/// The initial state itself, sampled on a mesh `finer` times as fine as a first one: edges of contacts where the radius is `contact`,
+/// in radii of the sphere.
+pub(super) fn sample(model: &Model, stretch: f64, contact: f64, finer: usize) -> (Arc<Discretization>, Vec<f64>) {
     let system = &model.system;
     let sphere = model.initial.at(stretch);
     let meshes = system
         .pieces
         .iter()
         .map(|p| match p.coordinate {
-            Coordinate::FromTip(_) | Coordinate::ToTip(_) => uniform(8),
-            Coordinate::Between => uniform(8),
-            Coordinate::FromPole(order) | Coordinate::ToPole(order) if order > 1.0 => uniform(2),
-            _ => uniform(5),
+            Coordinate::FromTip(_) | Coordinate::ToTip(_) => uniform(8 * finer),
+            Coordinate::Between => uniform(8 * finer),
+            Coordinate::FromPole(order) | Coordinate::ToPole(order) if order > 1.0 => uniform(2 * finer),
+            _ => uniform(5 * finer),
         })
         .collect();
     let disc = Discretization::new(system.layout().clone(), Arc::new(Gauss::new(STAGES)), meshes);
@@ -59,20 +60,21 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64) -> (Arc<Discreti
         globals[p] = sphere.pressure + sphere.outside;
     }
     let reference = &system.reference;
-    let mut z = disc.sample(&globals, |s, x, y| {
+    let exact = |s: usize, x: f64, y: &mut [f64]| {
         let piece = &system.pieces[s];
         let p: Vec<f64> = piece.parameters().iter().map(|&g| globals[g]).collect();
         let (a, b) = piece.places(&p);
         let eta = piece.coordinate.at(x.clamp(0.0, 1.0), a, b).0;
-        y[0] = stretch.ln();
-        y[1] = stretch.ln();
+        y.fill(stretch.ln());
         if let Kind::Free = piece.kind {
             y[2] = reference.phi(eta);
         }
-    });
+    };
+    let mut z = disc.sample(&globals, exact);
+    slopes(system, &disc, &globals, exact, &mut z);
     // The quadratures of a sphere, so that the first residual is small.
     for (s, piece) in system.pieces.iter().enumerate() {
-        if let Kind::Free = piece.kind {
+        if piece.kind.coupled() > 0 {
             let mut q = [0.0; 2];
             crate::bvp::quadratures_along(system, &disc, &|i| z[i], s, &mut q);
             let at = disc.q(s);
@@ -82,9 +84,36 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64) -> (Arc<Discreti
     (Arc::new(disc), z)
 }
 
+/// Stage derivatives as the equations give them, where they are finite: exact where the sample is a solution.
+fn slopes(
+    system: &System,
+    disc: &Discretization,
+    globals: &[f64],
+    exact: impl Fn(usize, f64, &mut [f64]),
+    z: &mut [f64],
+) {
+    let k = disc.gauss.stages();
+    for (s, piece) in system.pieces.iter().enumerate() {
+        let n = piece.kind.states();
+        let p: Vec<f64> = piece.parameters().iter().map(|&g| globals[g]).collect();
+        let (mut y, mut slope) = (vec![0.0; n], vec![0.0; n]);
+        for i in 0..disc.intervals(s) {
+            for j in 0..k {
+                let x = disc.meshes[s][i] + disc.width(s, i) * disc.gauss.nodes[j];
+                exact(s, x, &mut y);
+                system.flow(s, x, &y, &p, &mut slope);
+                if slope.iter().all(|v| v.is_finite()) {
+                    let at = disc.k(s, i) + j * n;
+                    z[at..at + n].copy_from_slice(&slope);
+                }
+            }
+        }
+    }
+}
+
 /// The initial state itself, in closed form: contacts of no size.
 pub(super) fn initial(model: &Model) -> Solution {
-    let (disc, z) = sample(model, model.initial.stretch, NO_CONTACT);
+    let (disc, z) = sample(model, model.initial.stretch, NO_CONTACT, 1);
     let nothing = vec![0.0; disc.unknowns()];
     Solution::read(model, &disc, &z, &nothing, &Estimate::none(&disc), &nothing)
 }
@@ -98,7 +127,7 @@ pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
     let contact = system.pieces.iter().position(|p| matches!(p.kind, Kind::Contact(_)));
     let Some(contact) = contact else {
         let stretch = if model.initial.stretch == 1.0 { FIRST_STRETCH } else { model.initial.stretch };
-        let (mut disc, mut z) = sample(model, stretch, FIRST_CONTACT);
+        let (mut disc, mut z) = sample(model, stretch, FIRST_CONTACT, 1);
         let index = disc.slot_index();
         system.closing = if model.initial.stretch == 1.0 {
             // The loads that hold this inflation are unknown: the stretch is prescribed.
@@ -112,7 +141,7 @@ pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
         };
         return state::solve(model, &system, &mut disc, &mut z, &[], work);
     };
-    let (mut disc, mut z) = sample(model, model.initial.stretch, FIRST_CONTACT);
+    let (mut disc, mut z) = sample(model, model.initial.stretch, FIRST_CONTACT, 1);
     let side = match system.pieces[contact].to {
         Place::Unknown(_) => Side::End,
         _ => Side::Start,
