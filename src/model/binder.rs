@@ -45,6 +45,8 @@ pub struct JointName {
 pub struct Names<'a> {
     problem: &'a Problem,
     parameters: HashMap<&'a str, f64>,
+    /// True while the parameters themselves are read.
+    reading: bool,
     reported: Vec<(String, f64)>,
     initial_values: HashMap<&'a str, f64>,
     initial: Option<Initial>,
@@ -83,6 +85,7 @@ impl<'a> Names<'a> {
         let mut names = Names {
             problem,
             parameters: HashMap::new(),
+            reading: true,
             reported: vec![],
             initial_values: HashMap::new(),
             initial: None,
@@ -125,6 +128,7 @@ impl<'a> Names<'a> {
                 names.reported.push((name.clone(), reported));
             }
         }
+        names.reading = false;
         names
     }
 
@@ -846,7 +850,7 @@ impl Scope for Binder<'_, '_> {
             return Ok(builder.constant(*v));
         }
         if problem.parameters.contains_key(name) {
-            if self.names.parameters.len() < problem.parameters.len() && self.level == Level::Constant {
+            if self.names.reading && self.level == Level::Constant {
                 let message =
                     format!("`{name}` is not known here: a parameter is a number, not a formula of other names");
                 return Err(ExprError::new("unknown-name", span, message)
@@ -913,7 +917,10 @@ impl Scope for Binder<'_, '_> {
                         let here = ["cyclic", "field-without-place", "not-constant"];
                         let found = errors.iter().find(|e| here.contains(&e.code));
                         found.map_or(vec![], |e| {
-                            let message = format!("the {what} `{name}` cannot be used here: {}", e.message);
+                            let message = match e.code {
+                                "cyclic" => e.message.clone(),
+                                _ => format!("the {what} `{name}` cannot be used here: {}", e.message),
+                            };
                             vec![ExprError::new(e.code, span, message)]
                         })
                     })?

@@ -409,10 +409,11 @@ impl Tracer {
                 answers: others.iter().map(|_| vec![]).collect(),
             };
             // The branch of the file starts at its first value, or at the initial state.
-            let from_start = loaded && !self.model.branch.steps.has_first();
+            let from_start = loaded && (!self.model.branch.steps.has_first() || same(targets[0], c0));
             if from_start {
                 self.asked = Some(asked);
                 self.meet(None, &initial);
+                self.meet(Some(&initial), &first);
             } else {
                 let reached = self.go(targets[0], false);
                 self.asked = Some(asked);
@@ -584,7 +585,7 @@ impl Tracer {
         let (k1, t1) = (self.rate(s1), &s1.tangent);
         let usable = self.history.len() > 1 && {
             let c0 = self.value(&self.history[0]);
-            c1 != c0 && d.abs() <= 3.0 * (c1 - c0).abs() && (c1 - c0) * d > -(c1 - c0).powi(2)
+            c1 != c0 && self.rate(&self.history[0]) != 0.0 && d.abs() <= 3.0 * (c1 - c0).abs() && (c1 - c0) * d > -(c1 - c0).powi(2)
         };
         if !usable {
             let z = s1.state.iter().zip(t1).map(|(z, t)| z + d * t / k1).collect();

@@ -24,6 +24,10 @@ pub struct Certificate {
 
 /// Relative size below which a tension, pressure or gap of the wrong sign is rounding.
 const TOLERANCE: f64 = 1e-9;
+/// Depth inside a body, relative to the size of the membrane, that is rounding.
+const GAP: f64 = 1e-7;
+/// A pull of an edge, relative to the tension, that is rounding.
+const EDGE: f64 = 1e-7;
 /// A mismatch of an identity above this is a violation.
 const IDENTITY: f64 = 1e-6;
 
@@ -120,6 +124,8 @@ impl Certificate {
                 None => worst.push((key, value, format!("phi = {phi:.4}"))),
             }
         };
+        let last = model.system.pieces.len() - 1;
+        let mirror = (model.images > 1.0).then(|| heights(model, view, last).last().copied()).flatten();
         for (s, piece) in model.system.pieces.iter().enumerate() {
             let p = piece.pressure.value(&|g| view.global(g)).re;
             let heights = heights(model, view, s);
@@ -131,26 +137,53 @@ impl Certificate {
                 if m.w_m < -TOLERANCE * scale {
                     note("hoop tension < 0", &piece.name, m.phi, m.w_m);
                 }
-                match &piece.kind {
-                    Kind::Contact(_) | Kind::Wall { .. } => {
-                        let p_c = if m.rho0 > 0.0 { p - m.w_m * m.sin / (m.rho0 * m.lambda * m.mu) } else { p };
-                        if p_c < -TOLERANCE * p.abs().max(p_c.abs()) {
-                            note("contact pressure < 0", &piece.name, m.phi, p_c);
-                        }
+                if !matches!(piece.kind, Kind::Free) {
+                    let p_c = if m.rho0 > 0.0 { p - m.w_m * m.sin / (m.rho0 * m.lambda * m.mu) } else { p };
+                    if p_c < -TOLERANCE * p.abs().max(p_c.abs()) {
+                        note("contact pressure < 0", &piece.name, m.phi, p_c);
                     }
-                    Kind::Free => {
-                        let h = heights[i];
-                        for body in &model.bodies {
-                            let Some(apex) = view.value(&body.h) else { continue };
-                            let face = apex.re + body.face.drop(m.u);
-                            let gap = match body.face.facing {
-                                Facing::Down => h - face,
-                                Facing::Up => face - h,
-                            };
-                            if gap < -1e-7 * model.initial.radius {
-                                note(&format!("runs through {}", body.name), &piece.name, m.phi, gap);
-                            }
-                        }
+                }
+                // No point of the membrane stands inside a body, nor beyond its mirror.
+                let own = model.bodies.iter().find(|body| body.pieces.contains(&s));
+                let Some(h) = own.map_or_else(
+                    || heights.get(i).copied(),
+                    |body| view.value(&body.h).map(|apex| apex.re + body.face.drop(m.u)),
+                ) else {
+                    continue;
+                };
+                for body in model.bodies.iter().filter(|body| !body.pieces.contains(&s)) {
+                    let Some(apex) = view.value(&body.h) else { continue };
+                    let face = apex.re + body.face.drop(m.u);
+                    let gap = match body.face.facing {
+                        Facing::Down => h - face,
+                        Facing::Up => face - h,
+                    };
+                    if gap < -GAP * model.initial.radius {
+                        note(&format!("runs through {}", body.name), &piece.name, m.phi, gap);
+                    }
+                }
+                if let Some(mirror) = mirror.filter(|mirror| h - mirror > GAP * model.initial.radius) {
+                    note("runs through its mirror image", &piece.name, m.phi, mirror - h);
+                }
+                for edge in &model.edges {
+                    let inside = if edge.facing == Facing::Down { s <= edge.before } else { s > edge.before };
+                    if inside && m.u - edge.radius > GAP * edge.radius {
+                        note(&format!("runs through the wall behind {}", edge.name), &piece.name, m.phi, edge.radius - m.u);
+                    }
+                }
+            }
+        }
+        // An edge presses: outwards along the radius of its rim, and against the side that is bent over it.
+        for edge in &model.edges {
+            if let (Some(a), Some(b)) = (view.end(edge.before, Side::End), view.end(edge.before + 1, Side::Start)) {
+                let (ta, tb) = (a.response.w_l.re, b.response.w_l.re);
+                let size = ta.abs().max(tb.abs());
+                let down = if edge.facing == Facing::Down { 1.0 } else { -1.0 };
+                let radial = -down * (ta * a.cos.re - tb * b.cos.re);
+                let axial = ta * a.sin.re - tb * b.sin.re;
+                for (what, force) in [("radial edge force pulls", radial), ("axial edge force pulls", down * axial)] {
+                    if force < -EDGE * size {
+                        self.violations.push(format!("{what} at {} ({force:.3e})", edge.name));
                     }
                 }
             }
