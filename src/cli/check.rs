@@ -71,7 +71,11 @@ fn verdict(rank: &Rank) -> Option<Diagnostic> {
     match rank.deficiency {
         Some(0) if rank.forced.is_empty() => None,
         Some(0) => {
-            let list: Vec<String> = rank.forced.iter().map(|(name, v)| format!("{name} = {:.6}", if v.abs() < 5e-7 { 0.0 } else { *v })).collect();
+            let list: Vec<String> = rank
+                .forced
+                .iter()
+                .map(|(name, v)| format!("{name} = {:.6}", if v.abs() < 5e-7 { 0.0 } else { *v }))
+                .collect();
             let message =
                 format!("the conditions determine a solution, but force {} all along the branch", list.join(", "));
             Some(

@@ -253,6 +253,20 @@ impl Tracer {
                 Err(stop) => return Err(self.stopped(&stop)),
             }
         }
+        if matches!(self.model.branch.steps, Steps::Listed(_)) {
+            // As listed, there and back.
+            for (i, &c) in targets.iter().enumerate().skip(1) {
+                if progress(i, targets.len()).is_break() {
+                    return Err(INTERRUPTED.into());
+                }
+                match self.go(c, true) {
+                    Ok(()) => self.report_last(i + 1 == targets.len()),
+                    Err(Stop::Met) => return Ok(()),
+                    Err(stop) => return Err(self.stopped(&stop)),
+                }
+            }
+            return Ok(());
+        }
         match self.walk(&targets, true, progress) {
             Ok(true) => Ok(()),
             // Where no last value was asked for, all has been found.
@@ -585,7 +599,10 @@ impl Tracer {
         let (k1, t1) = (self.rate(s1), &s1.tangent);
         let usable = self.history.len() > 1 && {
             let c0 = self.value(&self.history[0]);
-            c1 != c0 && self.rate(&self.history[0]) != 0.0 && d.abs() <= 3.0 * (c1 - c0).abs() && (c1 - c0) * d > -(c1 - c0).powi(2)
+            c1 != c0
+                && self.rate(&self.history[0]) != 0.0
+                && d.abs() <= 3.0 * (c1 - c0).abs()
+                && (c1 - c0) * d > -(c1 - c0).powi(2)
         };
         if !usable {
             let z = s1.state.iter().zip(t1).map(|(z, t)| z + d * t / k1).collect();

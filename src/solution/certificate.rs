@@ -168,7 +168,12 @@ impl Certificate {
                 for edge in &model.edges {
                     let inside = if edge.facing == Facing::Down { s <= edge.before } else { s > edge.before };
                     if inside && m.u - edge.radius > GAP * edge.radius {
-                        note(&format!("runs through the wall behind {}", edge.name), &piece.name, m.phi, edge.radius - m.u);
+                        note(
+                            &format!("runs through the wall behind {}", edge.name),
+                            &piece.name,
+                            m.phi,
+                            edge.radius - m.u,
+                        );
                     }
                 }
             }
