@@ -179,8 +179,8 @@ mod tests {
             assert!((b[i] - x[i]).abs() < 1e-12);
             assert!((t[2 * i] - x[i]).abs() < 1e-12 && (t[2 * i + 1] + x[i]).abs() < 1e-12);
         }
-        assert!(!lu(&mut vec![0.0; 4], 2, &mut [0, 0]), "a singular matrix is refused");
-        assert!(!lu(&mut vec![f64::NAN; 4], 2, &mut [0, 0]), "NaN is refused");
+        assert!(!lu(&mut [0.0; 4], 2, &mut [0, 0]), "a singular matrix is refused");
+        assert!(!lu(&mut [f64::NAN; 4], 2, &mut [0, 0]), "NaN is refused");
     }
 
     #[test]

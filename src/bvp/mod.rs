@@ -14,7 +14,7 @@
 //! chain of intervals against the two ends and P (orthogonally), and a dense system in the slots remains, the *matching system*.
 //! Its rank is the rank of the problem.
 //!
-//! This module knows no membrane. It is tested on textbook problems ([`textbook`] in the tests).
+//! This module knows no membrane. It is tested on textbook problems of its own (`textbook.rs`).
 
 mod assembly;
 mod dense;

@@ -541,12 +541,12 @@ impl<'n, 'a> Binder<'n, 'a> {
         };
         let mut total = builder.constant(0.0);
         for (side, sign) in [(Side::Start, -1.0), (Side::End, 1.0)] {
-            let open = match (side, shape.coordinate) {
-                (Side::Start, Coordinate::FromPole(_) | Coordinate::FromTip(_) | Coordinate::PoleToPole) => false,
-                (Side::End, Coordinate::ToPole(_) | Coordinate::ToTip(_) | Coordinate::PoleToPole) => false,
-                _ => true,
-            };
-            if !open {
+            use Coordinate::{FromPole, FromTip, PoleToPole, ToPole, ToTip};
+            let closed = matches!(
+                (side, shape.coordinate),
+                (Side::Start, FromPole(_) | FromTip(_) | PoleToPole) | (Side::End, ToPole(_) | ToTip(_) | PoleToPole)
+            );
+            if closed {
                 continue;
             }
             let (u, rho0) = (self.end(builder, piece, side, Field::U), self.end(builder, piece, side, Field::Rho0));

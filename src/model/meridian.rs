@@ -522,10 +522,7 @@ pub fn walk<'a>(
                          name: String,
                          text: String,
                          origin: String,
-                         make: &dyn Fn(
-        &mut crate::expr::Builder,
-        &mut super::binder::Binder,
-    ) -> Result<crate::expr::Node, Vec<ExprError>>| {
+                         make: &Make<'_>| {
         if let Some(f) = names.build(system, true, make) {
             system.conditions.push(f);
         }
@@ -791,15 +788,7 @@ fn local_to_edge(text: &str, edge: &str) -> String {
     text.to_owned()
 }
 
-type AddCondition<'c, 'a> = dyn FnMut(
-        &mut System,
-        &mut Ledger,
-        &mut Names<'a>,
-        String,
-        String,
-        String,
-        &dyn Fn(&mut crate::expr::Builder, &mut super::binder::Binder) -> Result<crate::expr::Node, Vec<ExprError>>,
-    ) + 'c;
+type AddCondition<'c, 'a> = dyn FnMut(&mut System, &mut Ledger, &mut Names<'a>, String, String, String, &Make<'_>) + 'c;
 
 /// The conditions of a pole.
 fn pole<'a>(
@@ -855,6 +844,10 @@ fn pole<'a>(
         );
     }
 }
+
+/// Puts a formula together.
+type Make<'m> =
+    dyn Fn(&mut crate::expr::Builder, &mut super::binder::Binder) -> Result<crate::expr::Node, Vec<ExprError>> + 'm;
 
 /// Where the initial sphere stands, and whether the bodies just touch it there.
 #[allow(clippy::too_many_arguments)]

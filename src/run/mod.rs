@@ -1,7 +1,7 @@
 //! From a model to its branch of states.
 //!
-//! [`solve`](state) finds one state to the accuracy asked for; [`start`](start) finds the first one, without a guess; [`trace`](trace) follows the
-//! branch through what was asked.
+//! `state` finds one state to the accuracy asked for; `start` finds the first one, without a guess; `trace` follows the branch
+//! through what was asked, from stage to stage; `rank` examines whether the conditions determine their solution.
 
 mod clock;
 mod rank;

@@ -841,7 +841,7 @@ impl Tracer {
                 Ok(next) => {
                     // The tangent of `next` is per unit of arclength along `direction`, so it points onwards.
                     if self.rate(&next) * toward <= 0.0 {
-                        let turn = self.turn(&s, &next, &slots, &direction, base, ds)?;
+                        let turn = self.turn(&next, &slots, &direction, base, ds)?;
                         self.happen("fold", self.model.branch.control.clone(), self.model.stage(), turn.clone());
                         self.report(Reason::Fold, None, turn);
                         self.history = vec![next];
@@ -872,22 +872,14 @@ impl Tracer {
         Err(Stop::Halt(halt))
     }
 
-    /// The state between two states of arclength in which the control is stationary.
-    fn turn(
-        &mut self,
-        a: &Solution,
-        b: &Solution,
-        slots: &[usize],
-        direction: &[f64],
-        base: f64,
-        ds: f64,
-    ) -> Result<Solution, Stop> {
-        let (mut xa, mut xb) = (0.0, ds);
-        let (first, _) = (self.rate(a), ());
-        // The rate of `a` is per unit of its own closing; only its sign is used.
-        let (mut ga, mut gb) = (first.abs(), -self.rate(b).abs());
+    /// The state in which the control is stationary, between the state at arclength 0 and `b`, at `ds`, which is beyond it.
+    fn turn(&mut self, b: &Solution, slots: &[usize], direction: &[f64], base: f64, ds: f64) -> Result<Solution, Stop> {
+        // Positive before the turn, negative after it. The rate of `a` is per unit of its own closing condition: its size is unknown.
+        let beyond = self.rate(b).signum();
+        let (mut xa, mut xb, mut gb) = (0.0, ds, -self.rate(b).abs());
+        let mut ga = gb.abs();
+        let (end, size) = (ds, ga);
         let mut best = b.clone();
-        ga = ga.min(gb.abs());
         for _ in 0..60 {
             let mut x = (xa * gb - xb * ga) / (gb - ga);
             if !x.is_finite() || (x - xa) * (x - xb) >= 0.0 {
@@ -898,16 +890,15 @@ impl Tracer {
                 Closing::Arc { slots: slots.to_vec(), direction: direction.to_vec(), target: base + x };
             let s = state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work)
                 .map_err(Stop::Halt)?;
-            let toward = (self.value(b) - self.value(a)).signum();
-            let _ = toward;
-            let g = self.rate(&s) * self.rate(b).signum() * -1.0;
+            let g = -self.rate(&s) * beyond;
             best = s;
-            if g.abs() <= 1e-13 * gb.abs().max(ga) || (xb - xa).abs() <= 1e-12 * ds {
+            if g.abs() <= 1e-13 * size || (xb - xa).abs() <= 1e-12 * end {
                 break;
             }
+            // Illinois: the end that stays counts half.
             if g > 0.0 {
                 (xa, ga) = (x, g);
-                gb *= if xb == ds { 1.0 } else { 0.5 };
+                gb *= if xb == end { 1.0 } else { 0.5 };
             } else {
                 (xb, gb) = (x, g);
                 ga *= if xa == 0.0 { 1.0 } else { 0.5 };

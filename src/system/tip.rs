@@ -96,7 +96,7 @@ mod tests {
                 let s = m.stretching(r, (-6.0 * x).exp());
                 (s, r * (c / r - 1.0 - s))
             };
-            let mut step = |x: &mut f64, r: &mut f64, h: f64| {
+            let step = |x: &mut f64, r: &mut f64, h: f64| {
                 let (a1, b1) = slope(*x, *r);
                 let (a2, b2) = slope(*x + 0.5 * h * a1, *r + 0.5 * h * b1);
                 let (a3, b3) = slope(*x + 0.5 * h * a2, *r + 0.5 * h * b2);
