@@ -345,3 +345,55 @@ fn a_regular_singular_point_keeps_the_full_order() {
         assert!((estimate / error - 1.0).abs() < 0.4, "k = {k}: estimate {estimate:e}, error {error:e}");
     }
 }
+
+/// The linear algebra against another: the whole Jacobian, column by column as the derivative of the residual, solved by faer's sparse
+/// QR, gives the same correction as the elimination.
+#[test]
+fn the_elimination_agrees_with_a_sparse_qr_of_the_whole_system() {
+    use crate::scalar::Dual;
+    use faer::prelude::Solve;
+    use faer::sparse::{SparseColMat, Triplet};
+
+    let problem = Handover::new(-0.5);
+    let disc = Discretization::new(problem.layout.clone(), Arc::new(Gauss::new(4)), vec![uniform(3), uniform(5)]);
+    // Away from the solution, so that every part of the residual is there.
+    let z = disc.sample(&[0.6, 1.4, 1.2], |s, x, y| {
+        y[0] = if s == 0 { 1.1 + x } else { 1.4 * (1.0 - x * x) };
+        if s == 1 {
+            y[1] = -1.0 - 0.3 * x;
+        }
+    });
+    let mut r = Residual::default();
+    residual(&problem, &disc, &z, &mut r);
+    let right: Vec<f64> = r.iter().map(|v| -v).collect();
+    let n = disc.unknowns();
+    assert_eq!(right.len(), n);
+    let mut triplets = vec![];
+    for column in 0..n {
+        let along: Vec<Dual<1>> =
+            z.iter().enumerate().map(|(i, &re)| Dual { re, du: [if i == column { 1.0 } else { 0.0 }] }).collect();
+        let mut carried = Residual::zero(&disc);
+        residual(&problem, &disc, &along, &mut carried);
+        for (row, v) in carried.iter().enumerate() {
+            if v.du[0] != 0.0 {
+                triplets.push(Triplet::new(row, column, v.du[0]));
+            }
+        }
+    }
+    let whole = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &triplets).unwrap();
+    let b = faer::Mat::from_fn(n, 1, |i, _| right[i]);
+    let witness = whole.sp_qr().unwrap().solve(&b);
+
+    let factors = Linearization::new(&problem, &disc, &z).unwrap();
+    let mut delta = vec![0.0; n];
+    factors.solve(&disc, &r, &mut delta);
+    for i in 0..n {
+        let (a, b) = (delta[i], witness[(i, 0)]);
+        assert!((a - b).abs() < 1e-11 * (1.0 + b.abs()), "unknown {i}: {a} and {b}");
+    }
+    // Twin: the factors of another state give another correction.
+    let mut other = z.clone();
+    other[disc.p()] += 1e-3;
+    Linearization::new(&problem, &disc, &other).unwrap().solve(&disc, &r, &mut delta);
+    assert!((0..n).any(|i| (delta[i] - witness[(i, 0)]).abs() > 1e-5));
+}

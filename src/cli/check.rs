@@ -2,8 +2,10 @@
 
 use super::{Exit, Format, Input, complain, print, problem};
 use membrane::diagnostic::{Diagnostic, Severity};
+use membrane::model::Ledger;
 use membrane::output::document::{self, Finding};
 use membrane::run::{Rank, rank};
+use membrane::spec::schema;
 use std::fmt::Write;
 
 /// Arguments.
@@ -29,16 +31,25 @@ pub fn check(options: &Options) -> Exit {
                 let verdict = verdict(&rank);
                 let (unknowns, conditions) = (model.ledger.unknowns.len(), model.ledger.conditions.len());
                 let counted = format!("{unknowns} unknowns and {conditions} conditions");
+                let ledger = if options.files.len() == 1 { listed(&model.ledger) } else { String::new() };
+                // The reader walks the schema itself, for its messages; here a validator has the last word.
+                let judged = schema::judge(&document.value).err().map(|said| {
+                    Diagnostic::error("schema", "the file does not satisfy the schema")
+                        .at("", "as a validator sees it")
+                        .help(said)
+                });
                 let mut finding = Finding::clean(file, model, rank);
-                match verdict {
+                match judged.or(verdict) {
                     None => {
                         let _ = writeln!(text, "{file}: ok, {counted}, independent");
+                        text += &ledger;
                     }
                     Some(diagnostic) => {
                         if diagnostic.severity == Severity::Error {
                             exit = Exit::Refused;
                         }
                         let _ = writeln!(text, "{file}: {counted}");
+                        text += &ledger;
                         finding.complain(std::slice::from_ref(&diagnostic), &document);
                         if options.format == Format::Text {
                             complain(&[diagnostic], &document);
@@ -64,6 +75,19 @@ pub fn check(options: &Options) -> Exit {
         Format::Json => print(&format!("{:#}\n", document::check(&findings)), exit),
         Format::Text => print(&text, exit),
     }
+}
+
+/// Every unknown and every condition with its origin.
+fn listed(ledger: &Ledger) -> String {
+    let mut text = String::new();
+    for (title, entries) in [("unknowns", &ledger.unknowns), ("conditions", &ledger.conditions)] {
+        let _ = writeln!(text, "  {title}:");
+        let width = entries.iter().map(|e| e.name.len()).max().unwrap_or(0);
+        for e in entries {
+            let _ = writeln!(text, "    {:width$}  {}", e.name, e.origin);
+        }
+    }
+    text
 }
 
 /// What there is to say about the rank, if anything.
