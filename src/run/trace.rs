@@ -756,7 +756,7 @@ impl Tracer {
         let ends: Vec<f64> = found.iter().filter(|f| f.0 == "end").map(|f| self.value(&f.2)).collect();
         found.retain(|f| f.0 != "fold" || ends.iter().all(|e| (self.value(&f.2) - e).abs() > 1e-6 * e.abs()));
         // Wrinkles: the least tension changes its sign.
-        let least = |s: &Solution| profile(&model, s).iter().map(|r| r.w_l.min(r.w_m)).reduce(f64::min);
+        let least = |s: &Solution| Some(s.certificate.least_tension).filter(|w| w.is_finite());
         if let (Some(wa), Some(wb)) = (least(a), least(b))
             && wa * wb < 0.0
             && let Some(s) = self.between(a, b, least, 1e-6)

@@ -18,6 +18,8 @@ pub struct Certificate {
     pub virtual_work: f64,
     /// Worst mismatch of the identities that the file declares.
     pub identities: f64,
+    /// The least principal tension of the membrane, at mesh points; negative where it would wrinkle.
+    pub least_tension: f64,
     /// Everything that makes the state inadmissible: the condition and the place.
     pub violations: Vec<String>,
 }
@@ -34,7 +36,7 @@ const IDENTITY: f64 = 1e-6;
 impl Certificate {
     /// Checks a state.
     pub fn new(model: &Model, view: &View) -> Self {
-        let mut c = Certificate::default();
+        let mut c = Certificate { least_tension: f64::INFINITY, ..Certificate::default() };
         c.first_integrals(model, view);
         c.forces(model, view);
         c.work(model, view);
@@ -131,6 +133,7 @@ impl Certificate {
             let heights = heights(model, view, s);
             for (i, m) in mesh_points(model, view, s) {
                 let scale = m.w_l.abs().max(m.w_m.abs());
+                self.least_tension = self.least_tension.min(m.w_l).min(m.w_m);
                 if m.w_l < -TOLERANCE * scale {
                     note("meridional tension < 0", &piece.name, m.phi, m.w_l);
                 }
