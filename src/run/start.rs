@@ -13,8 +13,8 @@ use std::sync::Arc;
 
 /// Stages of the collocation.
 const STAGES: usize = 5;
-/// Radius of the first contact, in radii of the inflated sphere.
-const FIRST_CONTACT: f64 = 0.1;
+/// Radii of a first contact, in radii of the inflated sphere, in the order in which they are tried.
+const FIRST_CONTACTS: [f64; 4] = [0.1, 0.05, 0.2, 0.02];
 /// Radius, in radii of the inflated sphere, of a contact that is none.
 const NO_CONTACT: f64 = 1e-9;
 /// Stretch of the first state of a membrane that starts without load.
@@ -125,11 +125,23 @@ pub(super) fn initial(model: &Model) -> Solution {
 /// # Errors
 /// [`Halt`] of the last attempt.
 pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
+    let mut result = first_with(model, FIRST_CONTACTS[0], work);
+    for contact in &FIRST_CONTACTS[1..] {
+        if result.is_ok() || model.bodies.is_empty() {
+            break;
+        }
+        result = first_with(model, *contact, work).or(result);
+    }
+    result
+}
+
+/// The first state with a first contact of a radius.
+fn first_with(model: &Model, radius: f64, work: &mut Work) -> Result<Solution, Halt> {
     let mut system = model.system.clone();
     let contact = system.pieces.iter().position(|p| matches!(p.kind, Kind::Contact(_)));
     let Some(contact) = contact else {
         let stretch = if model.initial.stretch == 1.0 { FIRST_STRETCH } else { model.initial.stretch };
-        let (mut disc, mut z) = sample(model, stretch, FIRST_CONTACT, 1);
+        let (mut disc, mut z) = sample(model, stretch, radius, 1);
         let index = disc.slot_index();
         system.closing = if model.initial.stretch == 1.0 {
             // The loads that hold this inflation are unknown: the stretch is prescribed.
@@ -143,7 +155,7 @@ pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
         };
         return state::solve(model, &system, &mut disc, &mut z, &[], work);
     };
-    let (mut disc, mut z) = sample(model, model.initial.stretch, FIRST_CONTACT, 1);
+    let (mut disc, mut z) = sample(model, model.initial.stretch, radius, 1);
     let side = match system.pieces[contact].to {
         Place::Unknown(_) => Side::End,
         _ => Side::Start,
@@ -155,7 +167,7 @@ pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
         .fold(0.0_f64, f64::max);
     system.closing = Closing::Value {
         of: single(&system, Probe::End(contact, side, Field::U)),
-        target: FIRST_CONTACT * steepest.cos() * model.initial.radius,
+        target: radius * steepest.cos() * model.initial.radius,
     };
     let newton = state::newton(1e-6);
     let raise = |system: &mut System, rise: f64| {
