@@ -5,6 +5,8 @@
 //! S. J. Wright's (SIAM J. Sci. Comput. 14, 1993). The stage systems I - h A (x) J are well conditioned on a sensible mesh, so LU
 //! serves there.
 
+use crate::scalar::Scalar;
+
 /// LU factors with row pivoting of an n x n matrix, in place.
 ///
 /// `pivots[c]` is the row exchanged with row c at step c. Returns false when a pivot vanishes or is not finite.
@@ -43,18 +45,17 @@ pub fn lu(a: &mut [f64], n: usize, pivots: &mut [usize]) -> bool {
     true
 }
 
-/// Solves A x = b with the factors of [`lu`], in place.
-pub fn lu_solve(a: &[f64], n: usize, pivots: &[usize], b: &mut [f64]) {
+/// Solves A x = b with the factors of [`lu`], in place; b may carry derivatives, which are solved for as well.
+pub fn lu_solve<S: Scalar>(a: &[f64], n: usize, pivots: &[usize], b: &mut [S]) {
     for c in 0..n {
         b.swap(c, pivots[c]);
     }
     for r in 1..n {
-        let s: f64 = a[r * n..r * n + r].iter().zip(&*b).map(|(x, y)| x * y).sum();
-        b[r] -= s;
+        b[r] = a[r * n..r * n + r].iter().zip(&*b).fold(b[r], |s, (x, y)| s - *y * *x);
     }
     for r in (0..n).rev() {
-        let s: f64 = a[r * n + r + 1..r * n + n].iter().zip(&b[r + 1..n]).map(|(x, y)| x * y).sum();
-        b[r] = (b[r] - s) / a[r * n + r];
+        let s = a[r * n + r + 1..r * n + n].iter().zip(&b[r + 1..n]).fold(b[r], |s, (x, y)| s - *y * *x);
+        b[r] = s / a[r * n + r];
     }
 }
 

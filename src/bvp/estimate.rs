@@ -14,7 +14,7 @@
 //! holds the residual at the nodes, what is left of Newton's iteration is part of the estimate.
 
 use super::assembly::stage_value;
-use super::{Discretization, Linearization, Problem, Residual, State};
+use super::{Discretization, Layout, Linearization, Problem, Residual, State};
 use crate::scalar::Scalar;
 
 /// The estimated error of a solution.
@@ -22,12 +22,16 @@ use crate::scalar::Scalar;
 pub struct Estimate {
     /// (Exact) - (computed) for every unknown, to leading order.
     pub delta: State,
+    /// What `delta` would be if each interval contributed with another sign, from a fixed sequence: the size that contributions
+    /// have before they cancel, of which what is neglected is a part.
+    pub scattered: State,
     /// (Exact) - (computed) of the quadratures by themselves, per segment, coupled ones first: what finer nodes and e1 add.
     /// The part through `delta` is not included.
     pub quadratures: Vec<Vec<f64>>,
     /// Largest |e1| relative to the scales of the problem, per segment and interval; of order h^(k+1).
     pub local: Vec<Vec<f64>>,
-    /// Largest error that an interval adds at its right end, per segment and interval; of order h^(2k+1) where no mode is stiff.
+    /// Largest error that an interval adds at its right end or to a quadrature, relative to the scales of the problem, per segment
+    /// and interval; of order h^(2k+1) where no mode is stiff.
     pub injected: Vec<Vec<f64>>,
 }
 
@@ -38,6 +42,7 @@ impl Estimate {
         let segments = &disc.layout.segments;
         Estimate {
             delta: vec![0.0; disc.unknowns()],
+            scattered: vec![0.0; disc.unknowns()],
             quadratures: per(&|s| segments[s].coupled + segments[s].reported),
             local: per(&|s| disc.intervals(s)),
             injected: per(&|s| disc.intervals(s)),
@@ -53,6 +58,8 @@ impl Estimate {
         let mut rhs = Residual::default();
         super::assembly::residual(problem, disc, z, &mut rhs);
         let (mut defects, mut local) = (vec![], vec![]);
+        // What each interval adds to the error of each quadrature, and the quadratures themselves.
+        let (mut missed, mut totals) = (vec![], vec![]);
         for (s, segment) in layout.segments.iter().enumerate() {
             let (n, q) = (segment.states, segment.coupled + segment.reported);
             let p: Vec<f64> = segment.parameters.iter().map(|&i| globals[i]).collect();
@@ -62,7 +69,7 @@ impl Estimate {
             let mut e1 = vec![0.0; n];
             let mut shifted = vec![0.0; n];
             let mut quadrature = vec![0.0; q];
-            let mut sizes = vec![];
+            let (mut sizes, mut shares, mut total) = (vec![], vec![], vec![0.0; q]);
             for i in 0..disc.intervals(s) {
                 let (h, x0) = (disc.width(s, i), disc.meshes[s][i]);
                 let (y, slopes) = (&z[disc.y(s, i)..], &z[disc.k(s, i)..disc.k(s, i) + k * n]);
@@ -102,21 +109,27 @@ impl Estimate {
                         rhs.stages[s][(i * k + j) * n + c] = -forcing;
                     }
                 }
-                for c in 0..q {
-                    quadrature[c] +=
-                        h * (0..m).map(|j| gauss.fine_weights[j] * flow_e1[j * (n + q) + n + c]).sum::<f64>();
+                let mut share: Vec<f64> = (0..q)
+                    .map(|c| h * (0..m).map(|j| gauss.fine_weights[j] * flow_e1[j * (n + q) + n + c]).sum::<f64>())
+                    .collect();
+                total.iter_mut().zip(&share).for_each(|(t, v)| *t += v);
+                for j in 0..k {
+                    stage_value(&gauss.integrate[j * k..(j + 1) * k], h, y, slopes, &mut shifted);
+                    problem.flow(s, x0 + h * gauss.nodes[j], &shifted, &p, &mut flow[..n + q]);
+                    for c in 0..q {
+                        share[c] -= h * gauss.weights[j] * flow[n + c];
+                    }
                 }
-            }
-            let mut coarse = vec![0.0; q];
-            quadratures(problem, disc, z, s, &mut coarse);
-            for c in 0..q {
-                quadrature[c] -= coarse[c];
+                quadrature.iter_mut().zip(&share).for_each(|(sum, v)| *sum += v);
+                shares.extend(share);
             }
             for c in 0..segment.coupled {
                 rhs.quadratures[s][c] -= quadrature[c];
             }
             defects.push(quadrature);
             local.push(sizes);
+            missed.push(shares);
+            totals.push(total);
         }
         let injected = layout
             .segments
@@ -124,22 +137,50 @@ impl Estimate {
             .enumerate()
             .map(|(s, segment)| {
                 let mut end = vec![0.0; segment.states];
+                let q = segment.coupled + segment.reported;
+                let scales: Vec<f64> = (0..q).map(|c| quadrature_scale(layout, &totals, s, c)).collect();
                 let mut size = |i| {
                     factors.injected(disc, s, i, &rhs, &mut end);
-                    end.iter().enumerate().fold(0.0_f64, |a, (c, v)| a.max(v.abs() / problem.state_scale(s, c)))
+                    let states = end.iter().enumerate().map(|(c, v)| v.abs() / problem.state_scale(s, c));
+                    let quadratures = (0..q).map(|c| missed[s][i * q + c].abs() / scales[c]);
+                    states.chain(quadratures).fold(0.0_f64, f64::max)
                 };
                 (0..disc.intervals(s)).map(&mut size).collect()
             })
             .collect();
         let mut delta = vec![0.0; disc.unknowns()];
         factors.solve_refined(problem, disc, z, &rhs, 1e-3, &mut delta);
-        Estimate { delta, quadratures: defects, local, injected }
+        let mut sign = signs();
+        for (s, segment) in layout.segments.iter().enumerate() {
+            let n = segment.states;
+            for (stages, jump) in rhs.stages[s].chunks_exact_mut(k * n).zip(rhs.jumps[s].chunks_exact_mut(n)) {
+                let sign = sign();
+                stages.iter_mut().chain(jump).for_each(|v| *v *= sign);
+            }
+        }
+        let mut scattered = vec![0.0; disc.unknowns()];
+        factors.solve(disc, &rhs, &mut scattered);
+        Estimate { delta, scattered, quadratures: defects, local, injected }
     }
 
     /// Largest local error of any interval: the estimate is to be trusted where this is small.
     pub fn largest_local(&self) -> f64 {
         self.local.iter().flatten().fold(0.0, |a, &b| if b > a || b.is_nan() { b } else { a })
     }
+}
+
+/// The magnitude that an error of quadrature `c` of segment `s` is measured against: the largest of those that stand at the same
+/// place among the coupled or reported ones of their segments, and so add up to one number.
+fn quadrature_scale(layout: &Layout, totals: &[Vec<f64>], s: usize, c: usize) -> f64 {
+    let coupled = layout.segments[s].coupled;
+    let same = |t: usize| {
+        let other = &layout.segments[t];
+        match c.checked_sub(coupled) {
+            None => (c < other.coupled).then(|| totals[t][c]),
+            Some(r) => (r < other.reported).then(|| totals[t][other.coupled + r]),
+        }
+    };
+    (0..totals.len()).filter_map(same).fold(f64::MIN_POSITIVE, |a, v| a.max(v.abs()))
 }
 
 /// The quadratures of a segment, coupled ones first, on numbers that may carry derivatives along directions of the state.
@@ -178,8 +219,13 @@ pub fn quadratures_along<P: Problem, S: Scalar>(
     }
 }
 
-fn quadratures<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], segment: usize, out: &mut [f64]) {
-    quadratures_along(problem, disc, &|i| z[i], segment, out);
+/// A fixed sequence of signs without a pattern.
+fn signs() -> impl FnMut() -> f64 {
+    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
+    move || {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        if seed >> 63 == 0 { 1.0 } else { -1.0 }
+    }
 }
 
 /// What rounding does to a solution: the response of every unknown to errors of the size of one rounding in each equation, with
@@ -187,11 +233,7 @@ fn quadratures<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], segmen
 pub fn rounding<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], factors: &Linearization) -> State {
     let layout = &disc.layout;
     let k = disc.gauss.stages();
-    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut sign = move || {
-        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        if seed >> 63 == 0 { 1.0 } else { -1.0 }
-    };
+    let mut sign = signs();
     let mut rhs = Residual::default();
     for (s, segment) in layout.segments.iter().enumerate() {
         let n = segment.states;

@@ -51,11 +51,11 @@ const ROUNDS: usize = 9;
 /// Meshes are made for this accuracy even where less is asked for: it costs little.
 const LOOSEST: f64 = 1e-8;
 /// The part of the accuracy asked for that a mesh is made for ..
-const AIM: f64 = 0.01;
+const AIM: f64 = 0.03;
 /// .. that it is still good for, so that most states of a branch need no new one ..
-const GOOD: f64 = 0.05;
+const GOOD: f64 = 0.15;
 /// .. and below which it is finer than needed.
-const WASTE: f64 = 0.001;
+const WASTE: f64 = 0.003;
 
 /// Newton's parameters for an accuracy.
 pub(super) fn newton(accuracy: f64) -> Newton {

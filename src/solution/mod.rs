@@ -1,8 +1,8 @@
 //! A solved state: its quantities with their errors, and the certificate.
 //!
-//! Everything is read off a state in one pass with numbers that carry three directions: along the branch ([`TANGENT`]), along the
-//! estimated error ([`ERROR`]) and along a sample of rounding errors ([`ROUNDING`]). The first gives exact slopes, the
-//! others the error of every quantity, however it is computed.
+//! Everything is read off a state in one pass with numbers that carry four directions: along the branch ([`TANGENT`]), along the
+//! estimated error ([`ERROR`]), along the same with its parts scattered ([`SCATTERED`]), and along a sample of rounding errors
+//! ([`ROUNDING`]). The first gives exact slopes, the others the error of every quantity, however it is computed.
 
 mod certificate;
 mod profile;
@@ -17,22 +17,26 @@ use crate::model::Model;
 use crate::scalar::Dual;
 use std::sync::Arc;
 
-/// Numbers with a slope in each of the three directions.
-pub type Carried = Dual<3>;
+/// Numbers with a slope in each of the four directions.
+pub type Carried = Dual<4>;
 
 /// Direction along the branch.
 pub const TANGENT: usize = 0;
 /// Direction of the estimated discretisation error.
 pub const ERROR: usize = 1;
+/// Direction of the estimated discretisation error with the contributions of the intervals in another combination of signs.
+pub const SCATTERED: usize = 2;
 /// Direction of a sample of rounding errors.
-pub const ROUNDING: usize = 2;
+pub const ROUNDING: usize = 3;
 
-/// The estimate of the discretisation error is asymptotically exact; this covers what it neglects.
-const SAFETY: f64 = 1.5;
+/// The estimate of the discretisation error is asymptotically exact ..
+const SAFETY: f64 = 2.0;
+/// .. and neglects a part of what each interval contributes, which stands out where the contributions cancel.
+const NEGLECTED: f64 = 0.2;
 /// One sample of rounding errors with random signs; their worst sum may be several times larger.
-const ROUNDING_SAFETY: f64 = 8.0;
+const ROUNDING_SAFETY: f64 = 16.0;
 /// No number is known better than this, relative to itself.
-const LEAST_ERROR: f64 = 1e-14;
+const LEAST_ERROR: f64 = 1e-13;
 
 /// A number with its slope along the branch and its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +53,7 @@ pub struct Measured {
 
 impl From<Carried> for Measured {
     fn from(v: Carried) -> Self {
-        let discretisation = SAFETY * v.du[ERROR].abs();
+        let discretisation = SAFETY * v.du[ERROR].abs() + NEGLECTED * v.du[SCATTERED].abs();
         let error = discretisation + ROUNDING_SAFETY * v.du[ROUNDING].abs() + LEAST_ERROR * v.re.abs();
         Measured { value: v.re, slope: v.du[TANGENT], error, discretisation }
     }
@@ -85,7 +89,7 @@ impl Solution {
         rounding: &[f64],
     ) -> Self {
         let carried: Vec<Carried> = (0..disc.unknowns())
-            .map(|i| Dual { re: state[i], du: [tangent[i], estimate.delta[i], rounding[i]] })
+            .map(|i| Dual { re: state[i], du: [tangent[i], estimate.delta[i], estimate.scattered[i], rounding[i]] })
             .collect();
         let view = View::new(model, disc, carried, Some(estimate));
         let mut infinite = view.infinite();

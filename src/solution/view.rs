@@ -190,7 +190,9 @@ impl<'a> View<'a> {
         // phi = 2 exp(eta) near the pole.
         let ln_phi = inwards + std::f64::consts::LN_2;
         let ln_lambda = self.state[self.disc.y(s, middle)];
-        tip_coefficient(face.tip_inclination().cos(), ln_phi, ln_lambda).map(Scalar::exp)
+        let (mut ln_c, missed) = tip_coefficient(face.tip_inclination().cos(), ln_phi, ln_lambda)?;
+        ln_c.du[ERROR] += missed;
+        Some(ln_c.exp())
     }
 
     /// The largest radius: at an end of a piece, or inside a free one where the tangent is vertical.
@@ -227,11 +229,7 @@ impl<'a> View<'a> {
                     if (at(m)[2].re > vertical) == rising { b = m } else { a = m }
                 }
                 let theta = 0.5 * (a + b);
-                let mut y = at(theta);
-                let state: Vec<f64> = self.state.iter().map(|v| v.re).collect();
-                if let Some(exact) = value_at(system, self.disc, &state, s, i, theta) {
-                    y.iter_mut().zip(exact).for_each(|(y, v)| y.re = v);
-                }
+                let y = value_at(system, self.disc, &|i| self.state[i], s, i, theta).unwrap_or_else(|| at(theta));
                 let x = self.disc.meshes[s][i] + theta * self.disc.width(s, i);
                 consider(self.local(s, x, &y).u());
             }

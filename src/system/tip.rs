@@ -16,7 +16,7 @@
 //!
 //! (1) as r(v) has a regular singular point at v = 0 and is solved by collocation.
 
-use crate::bvp::{Discretization, Gauss, Layout, Linearization, Newton, Problem, Segment, uniform};
+use crate::bvp::{Discretization, Estimate, Gauss, Layout, Linearization, Newton, Problem, Segment, uniform};
 use crate::scalar::{Scalar, lift};
 use std::sync::Arc;
 
@@ -41,9 +41,7 @@ impl Problem for Manifold {
         let v = self.v * x;
         let stretching = self.stretching(y[0], v);
         out[0] = (-(y[0] * (stretching + 1.0)) + self.cos) / (stretching * (-6.0 * v)) * self.v;
-        if out.len() > 1 {
-            out[1] = (stretching + (1.0 - self.cos)) / (stretching * (6.0 * v)) * self.v;
-        }
+        out[1] = (stretching + (1.0 - self.cos)) / (stretching * (6.0 * v)) * self.v;
     }
     fn condition_slots(&self, _: usize) -> &[usize] {
         &[0]
@@ -53,34 +51,28 @@ impl Problem for Manifold {
     }
 }
 
-/// Largest v at which (1) is solved: on a blunt cone under a hardly stretched membrane the power law begins so deep in the tip that C is
-/// not to be had from where the solution ends.
-const LEAST_STRETCHED: f64 = 0.3;
-
-/// ln C from the logarithm of the stretch at `eta`, near the tip of a cone with cosine `cos`; nothing where (1) cannot be solved.
-pub fn coefficient<S: Scalar>(cos: f64, eta: S, ln_lambda: S) -> Option<S> {
+/// ln C from the logarithm of the stretch at `eta`, near the tip of a cone with cosine `cos`, and what solving (1) leaves of
+/// error in it; nothing where (1) cannot be solved.
+pub fn coefficient<S: Scalar>(cos: f64, eta: S, ln_lambda: S) -> Option<(S, f64)> {
     let v = (-6.0 * ln_lambda.value()).exp();
     let start = ln_lambda + eta * (1.0 - cos);
     if v < 1e-18 {
-        return Some(start);
-    }
-    if v > LEAST_STRETCHED {
-        return None;
+        return Some((start, 0.0));
     }
     let layout =
-        Layout { segments: vec![Segment { states: 1, coupled: 0, reported: 1, parameters: vec![] }], globals: 0 };
+        Layout { segments: vec![Segment { states: 1, coupled: 1, reported: 0, parameters: vec![] }], globals: 0 };
     let problem = Manifold { layout, cos, v };
-    let disc = Discretization::new(problem.layout.clone(), Arc::new(Gauss::new(7)), vec![uniform(6)]);
-    let mut z = disc.sample(&[], |_, _, y| y[0] = 1.0);
+    let disc = Discretization::new(problem.layout.clone(), Arc::new(Gauss::new(7)), vec![uniform(12)]);
+    // Where both stretches vary slowly; exact for small angles. (From r = 1, X would vanish at v = 1/3.)
+    let mut z = disc.sample(&[], |_, x, y| y[0] = 1.0 - 3.0 * v * x * (1.0 - cos) / (1.0 + 3.0 * v * x));
     let mut kept: Option<Linearization> = None;
     Newton { tolerance: 1e-14, limit: 30 }.solve(&problem, &disc, &mut z, &mut kept, &mut Default::default()).ok()?;
-    let mut integral = [0.0];
-    crate::bvp::quadratures_along(&problem, &disc, &|i| z[i], 0, &mut integral);
-    let r = z[disc.y(0, 6)];
+    let estimate = Estimate::new(&problem, &disc, &z, kept.as_ref()?);
+    let (r, integral) = (z[disc.y(0, disc.intervals(0))], z[disc.q(0)]);
     // d (integral)/d ln(lambda) = -6 v (integrand)
     let stretching = problem.stretching(r, v);
     let slope = -(stretching + 1.0 - cos) / stretching;
-    Some(start + lift(integral[0], slope, 0.0, ln_lambda, eta))
+    Some((start + lift(integral, slope, 0.0, ln_lambda, eta), estimate.delta[disc.q(0)]))
 }
 
 #[cfg(test)]
@@ -116,7 +108,7 @@ mod tests {
                 step(&mut x, &mut r, 1e-3);
                 eta += 1e-3;
                 if n == 24_000 || n == 29_999 {
-                    read.push((coefficient(c, eta, x).unwrap(), x + (1.0 - c) * eta));
+                    read.push((coefficient(c, eta, x).unwrap().0, x + (1.0 - c) * eta));
                 }
             }
             let drift = tip_drift(&law, c, x.exp(), r * x.exp());
