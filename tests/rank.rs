@@ -42,7 +42,9 @@ fn the_printed_conditions_of_the_thesis_determine_a_solution_without_suction() {
 #[test]
 fn axial_force_continuous_is_an_identity_at_a_ligature() {
     let good = text("tests/data/rank/ligature.ron");
-    assert_eq!(verdict(&good).deficiency, Some(0));
+
+    let v = verdict(&good);
+    assert_eq!(v.deficiency, Some(0), "{v:?}");
     let force = r#""axial force continuous": "thread.before.w_l*sin(thread.before.tau) = thread.after.w_l*sin(thread.after.tau)""#;
     let r = verdict(&good.replace(r#""axial position": "thread.h = 0""#, force));
     assert_eq!(r.deficiency, Some(1));
@@ -132,4 +134,20 @@ fn critical_pressures_of_the_pipette() {
         seen += 1;
     }
     assert_eq!(seen, 20);
+}
+
+/// At the start of the ligature branches cross: the thread may slide off as well. The branch on which it is pulled tight is followed,
+/// and the thread's own work is in the balance.
+#[test]
+fn the_ligature_is_pulled_tight() {
+    let outcome =
+        run::run(&model_of(&text("tests/data/rank/ligature.ron")), &[], &mut |_, _| ControlFlow::Continue(()));
+    assert_eq!(outcome.status, Status::Complete);
+    assert!(outcome.points.len() > 40);
+    for point in &outcome.points {
+        let force = point.model.quantities.iter().position(|q| q.name == "line_force").unwrap();
+        let pulled = point.reason != Reason::Start;
+        assert_eq!(point.solution.quantities[force].unwrap().value < -1e-3, pulled, "the thread pulls inwards");
+        assert!(point.solution.certificate.virtual_work < 1e-8, "{}", point.solution.certificate.virtual_work);
+    }
 }

@@ -20,6 +20,7 @@
 use super::dense::{back_substitute, householder, lu, lu_solve, lu_solve_transposed, reflect};
 use super::{Discretization, Problem};
 use crate::scalar::{Dual, Scalar};
+use nalgebra::{DMatrix, DVector};
 
 /// Refinements of a linear solution.
 const REFINEMENTS: usize = 4;
@@ -309,6 +310,41 @@ impl Linearization {
 
     /// The solution of (Jacobian) delta = -residual, with the Jacobian that was factorised.
     pub fn solve(&self, disc: &Discretization, residual: &Residual, delta: &mut [f64]) {
+        let size = disc.layout.slots();
+        self.solve_by(disc, residual, delta, |rhs| {
+            reflect(&self.vectors, size, size, rhs);
+            back_substitute(&self.matching, size, size, rhs);
+        });
+    }
+
+    /// The least solution, measured by the `scales` of the slots, where the matching system is singular: directions whose singular
+    /// value is below `none`, relative to the largest, are left alone.
+    pub fn solve_least(
+        &self,
+        disc: &Discretization,
+        residual: &Residual,
+        scales: &[f64],
+        none: f64,
+        delta: &mut [f64],
+    ) {
+        let size = disc.layout.slots();
+        self.solve_by(disc, residual, delta, |rhs| {
+            let mut matrix = DMatrix::from_row_slice(size, size, &self.matrix);
+            matrix.column_iter_mut().zip(scales).for_each(|(mut column, scale)| column *= *scale);
+            let svd = matrix.svd(true, true);
+            let least = none * svd.singular_values.max();
+            let solution = svd.solve(&DVector::from_column_slice(rhs), least).expect("both bases were asked for");
+            rhs.iter_mut().zip(&solution).zip(scales).for_each(|((r, v), scale)| *r = v * scale);
+        });
+    }
+
+    fn solve_by(
+        &self,
+        disc: &Discretization,
+        residual: &Residual,
+        delta: &mut [f64],
+        match_up: impl FnOnce(&mut Vec<f64>),
+    ) {
         let layout = &disc.layout;
         let size = layout.slots();
         let k = disc.gauss.stages();
@@ -326,8 +362,7 @@ impl Linearization {
         for (r, b) in rhs[row..].iter_mut().zip(&residual.conditions) {
             *r = -b;
         }
-        reflect(&self.vectors, size, size, &mut rhs);
-        back_substitute(&self.matching, size, size, &mut rhs);
+        match_up(&mut rhs);
         for (slot, v) in rhs.iter().enumerate() {
             delta[self.slot_index[slot]] = *v;
         }

@@ -31,7 +31,8 @@ pub fn value_at<P: Problem, S: Scalar>(
     let p: Vec<S> = shape.parameters.iter().map(|&g| z(disc.p() + g)).collect();
     // Start from the polynomial's own slopes; a node of the step lies here in the interval.
     let place = |j: usize| (near - interval) as f64 + width * gauss.nodes[j];
-    let slope = |j: usize, c: usize| (0..k).map(|l| gauss.value(l, place(j)) * z(from + l * n + c).value()).sum::<f64>();
+    let slope =
+        |j: usize, c: usize| (0..k).map(|l| gauss.value(l, place(j)) * z(from + l * n + c).value()).sum::<f64>();
     let mut slopes: Vec<S> = (0..k * n).map(|r| S::from(slope(r / n, r % n))).collect();
     let (kn, mut stage) = (k * n, vec![S::from(0.0); n]);
     let (mut r, mut f) = (vec![S::from(0.0); kn], vec![S::from(0.0); n]);
@@ -42,8 +43,7 @@ pub fn value_at<P: Problem, S: Scalar>(
         for j in 0..k {
             stage_value(&gauss.integrate[j * k..(j + 1) * k], h, &y0, &slopes, &mut stage);
             problem.flow(segment, x0 + h * gauss.nodes[j], &stage, &p, &mut f);
-            let y: Vec<Dual<LANES>> =
-                stage.iter().enumerate().map(|(c, v)| Dual::variable(v.value(), c)).collect();
+            let y: Vec<Dual<LANES>> = stage.iter().enumerate().map(|(c, v)| Dual::variable(v.value(), c)).collect();
             let constants: Vec<Dual<LANES>> = p.iter().map(|v| v.value().into()).collect();
             let mut jacobian = vec![Dual::<LANES>::from(0.0); n];
             problem.flow(segment, x0 + h * gauss.nodes[j], &y, &constants, &mut jacobian);

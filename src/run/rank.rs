@@ -42,10 +42,14 @@ const NONE: f64 = 1e-9;
 const NAMED: f64 = 0.1;
 /// A condition whose derivative along the free direction exceeds this, relative to its size, closes the system.
 const CLOSES: f64 = 1e-6;
-/// Refinement of the mesh of the closed-form state, so that it solves the discrete equations to rounding.
-const FINER: usize = 6;
 /// An unknown that changes less, relative to the control, does not change.
 const CHANGES: f64 = 1e-9;
+
+/// The slots' magnitudes, if the conditions are dependent at a state within a `tolerance`.
+pub(super) fn singular(system: &System, disc: &Arc<Discretization>, z: &[f64], tolerance: f64) -> Option<Vec<f64>> {
+    let found = examine(system, &Member { disc: disc.clone(), z: z.to_vec() })?;
+    (found.smallest < tolerance).then_some(found.scales)
+}
 
 /// A state at which the conditions are examined.
 struct Member {
@@ -71,7 +75,7 @@ pub fn rank(model: &Model) -> Rank {
     let mut work = state::Work::default();
     let touching = model.system.pieces.iter().any(|p| matches!(p.kind, Kind::Contact(_)));
     let initial = (!touching && model.initial.stretch > 1.0).then(|| {
-        let (disc, z) = start::sample(model, model.initial.stretch, 0.0, FINER);
+        let (disc, z) = start::sample(model, model.initial.stretch, 0.0, start::FINER);
         Member { disc, z }
     });
     let mut members: Vec<Member> = vec![];

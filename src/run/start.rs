@@ -4,8 +4,9 @@
 //! first state has a small contact: the bodies are flattened to planes, the membrane is the inflated sphere with a small flat on
 //! it, and the radius of the first contact is prescribed instead of the control. From there the bodies rise to their shapes.
 
+use super::rank;
 use super::state::{self, Halt, Work};
-use crate::bvp::{Discretization, Estimate, Gauss, Problem, uniform};
+use crate::bvp::{Discretization, Estimate, Gauss, Linearization, Problem, Residual, uniform};
 use crate::model::Model;
 use crate::solution::Solution;
 use crate::system::{Closing, Coordinate, Field, Formula, Kind, Place, Probe, Side, System};
@@ -17,6 +18,11 @@ const STAGES: usize = 5;
 const FIRST_CONTACTS: [f64; 4] = [0.1, 0.05, 0.2, 0.02];
 /// Radius, in radii of the inflated sphere, of a contact that is none.
 const NO_CONTACT: f64 = 1e-9;
+/// Refinement of the mesh of the closed-form state, so that it solves the discrete equations to rounding.
+pub(super) const FINER: usize = 6;
+/// The smallest singular value of the conditions, relative to the largest, where branches cross. A place at which a radius is largest
+/// is known to the square root of rounding only.
+const CROSSING: f64 = 1e-7;
 /// Stretch of the first state of a membrane that starts without load.
 const FIRST_STRETCH: f64 = 1.02;
 
@@ -135,6 +141,25 @@ pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
     result
 }
 
+/// Moves the closing condition and the sample on to the first step of the branch, where the initial state is one in which branches
+/// cross: a thread around the equator may stay there as it is pulled tight, or slide off. Of the directions in which the states
+/// there go on, the least one is that of the branch along which nothing else changes.
+fn beside(model: &Model, system: &mut System, disc: &mut Arc<Discretization>, z: &mut Vec<f64>) {
+    let (fine, exact) = sample(model, model.initial.stretch, 0.0, FINER);
+    let Some(scales) = rank::singular(system, &fine, &exact, CROSSING) else { return };
+    (*disc, *z) = (fine, exact);
+    let Ok(factors) = Linearization::new(system, disc, z) else { return };
+    let Closing::Value { target, .. } = &mut system.closing else { return };
+    let targets = model.branch.steps.targets(*target);
+    let Some(next) = targets.iter().find(|t| *t != target) else { return };
+    let mut along = Residual::zero(disc);
+    *along.conditions.last_mut().expect("a closing condition") = *target - next;
+    let mut delta = vec![0.0; z.len()];
+    factors.solve_least(disc, &along, &scales, CROSSING, &mut delta);
+    z.iter_mut().zip(&delta).for_each(|(z, d)| *z += d);
+    *target = *next;
+}
+
 /// The first state with a first contact of a radius.
 fn first_with(model: &Model, radius: f64, work: &mut Work) -> Result<Solution, Halt> {
     let mut system = model.system.clone();
@@ -153,6 +178,9 @@ fn first_with(model: &Model, radius: f64, work: &mut Work) -> Result<Solution, H
             let target = of.formula.value(&model.system, &|slot| z[index[slot]]);
             Closing::Value { of: of.formula.clone(), target }
         };
+        if model.initial.stretch != 1.0 {
+            beside(model, &mut system, &mut disc, &mut z);
+        }
         return state::solve(model, &system, &mut disc, &mut z, &[], work);
     };
     let (mut disc, mut z) = sample(model, model.initial.stretch, radius, 1);

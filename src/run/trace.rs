@@ -101,6 +101,8 @@ const MOST_TURNS: usize = 20;
 const INTERRUPTED: &str = "interrupted";
 /// A state that misses its prediction by more, relative, and by half of the way that was made, is taken for one of another branch.
 const JUMP: f64 = 0.3;
+/// What is watched for an event, relative to its next value, is zero below this in the state in which a stage begins.
+const FRESH: f64 = 1e-6;
 /// A value that misses an end of the branch by less, relative, is that end.
 const SAME: f64 = 1e-10;
 
@@ -117,6 +119,7 @@ pub fn run(model: &Model, requests: &[Request], progress: &mut dyn FnMut(usize, 
         system: model.system.clone(),
         control,
         history: vec![],
+        entered: false,
         outcome: Outcome { points: vec![], events: vec![], status: Status::Complete },
         work: Work::default(),
         begun: thread_seconds(),
@@ -138,6 +141,8 @@ struct Tracer {
     control: usize,
     /// The last two states, newest last.
     history: Vec<Solution>,
+    /// True if the first state of the history is one in which the stage changed.
+    entered: bool,
     outcome: Outcome,
     /// Work since the last reported state.
     work: Work,
@@ -190,6 +195,7 @@ impl Tracer {
     fn push(&mut self, solution: Solution) {
         if self.history.len() > 1 {
             self.history.remove(0);
+            self.entered = false;
         }
         self.history.push(solution);
     }
@@ -333,6 +339,7 @@ impl Tracer {
         self.model = model.clone();
         self.system = model.system.clone();
         self.history = vec![first.clone()];
+        self.entered = false;
     }
 
     /// Why a walk ended.
@@ -697,6 +704,7 @@ impl Tracer {
         let solution = state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work)
             .map_err(Stop::Halt)?;
         self.history = vec![solution];
+        self.entered = true;
         Ok(())
     }
 
@@ -708,9 +716,11 @@ impl Tracer {
         for change in &model.changes {
             let g = |s: &Solution| watched(&model, change, s);
             let (Some(ga), Some(gb)) = (g(a), g(b)) else { continue };
-            // A new contact has no length yet; it is undone only after it has had some.
+            // A new contact has no length yet; it is undone only after it has had some. Neither is a touch believed where the stage
+            // has just begun with the lift-off.
+            let fresh = self.entered && self.history.len() == 1 && ga.abs() < FRESH * gb.abs();
             let crossed = match change.when {
-                When::Formula(_) => ga * gb < 0.0,
+                When::Formula(_) => ga * gb < 0.0 && !fresh,
                 When::Length(_) => ga > 1e-9 && gb < 0.0,
                 When::Pressure(_) => ga > 0.0 && gb < 0.0,
             };
@@ -845,6 +855,7 @@ impl Tracer {
                         self.happen("fold", self.model.branch.control.clone(), self.model.stage(), turn.clone());
                         self.report(Reason::Fold, None, turn);
                         self.history = vec![next];
+                        self.entered = false;
                         return Err(Stop::Turned);
                     }
                     let passed = (self.value(&next) - c) * toward >= 0.0;

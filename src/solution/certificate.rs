@@ -91,7 +91,8 @@ impl Certificate {
         }
     }
 
-    /// dE = sum over bodies of force times displacement + p dV, per image, along the tangent.
+    /// dE = sum over bodies and joints of force times displacement + p dV, per image, along the tangent. A joint moves with its
+    /// line, not with the material: what slides through it without friction needs no work.
     fn work(&mut self, model: &Model, view: &View) {
         let along = |v: Carried| v.du[TANGENT];
         let energy: f64 = (0..model.system.pieces.len()).map(|s| along(view.reported(s, 0))).sum();
@@ -112,6 +113,16 @@ impl Certificate {
             let v = volume.value(&model.system, &|slot| view.slot(slot));
             work += p * along(v);
             size += (p * along(v)).abs();
+        }
+        // Where pieces meet, a line force may pull: what the tensions of both sides leave.
+        for s in 1..model.system.pieces.len() {
+            let (Some(a), Some(b)) = (view.end(s - 1, Side::End), view.end(s, Side::Start)) else { continue };
+            let Some(h) = view.value(&model.heights[s]) else { continue };
+            let pull = |before: Carried, after: Carried| 2.0 * PI * (a.rho0 * before - b.rho0 * after).re;
+            let radial = pull(a.response.w_l * a.cos, b.response.w_l * b.cos) * along(a.u());
+            let axial = pull(a.response.w_l * a.sin, b.response.w_l * b.sin) * along(h);
+            work += radial + axial;
+            size += radial.abs() + axial.abs();
         }
         self.virtual_work = if size > 0.0 { (energy - work).abs() / size } else { 0.0 };
     }

@@ -34,7 +34,7 @@ const SAFETY: f64 = 2.0;
 /// .. and neglects a part of what each interval contributes, which stands out where the contributions cancel.
 const NEGLECTED: f64 = 0.2;
 /// One sample of rounding errors with random signs; their worst sum may be several times larger.
-const ROUNDING_SAFETY: f64 = 16.0;
+const ROUNDING_SAFETY: f64 = 8.0;
 /// No number is known better than this, relative to itself.
 const LEAST_ERROR: f64 = 1e-13;
 
