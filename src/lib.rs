@@ -4,6 +4,7 @@ pub mod bvp;
 pub mod diagnostic;
 pub mod expr;
 pub mod model;
+mod number;
 pub mod output;
 pub mod physics;
 pub mod run;

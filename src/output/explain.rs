@@ -1,7 +1,7 @@
 //! A problem explained: what is given, what is unknown, which equations are solved and where each comes from. Markdown.
 
-use super::number::plain;
 use crate::model::{Entry, Model, Steps};
+use crate::number::plain;
 use crate::spec::{Number, Problem, convert};
 use crate::system::{Coordinate, Kind, Place};
 use comfy_table::{Table, presets};

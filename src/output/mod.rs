@@ -7,7 +7,6 @@ pub mod csv;
 pub mod document;
 pub mod explain;
 pub mod files;
-mod number;
 mod resolved;
 pub mod table;
 

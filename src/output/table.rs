@@ -1,7 +1,7 @@
 //! The result of a run for people: what was solved, a table that fits the screen, how far it can be trusted, what happened.
 
-use super::number::{align, known, plain, small};
 use super::{Report, reason};
+use crate::number::{align, known, plain, small};
 use crate::run::{Point, Reason, Status};
 use comfy_table::{LineStyle, Table, presets};
 use std::fmt::Write;

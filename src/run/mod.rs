@@ -1,14 +1,22 @@
 //! From a model to its branch of states.
 //!
-//! `state` finds one state to the accuracy asked for; `start` finds the first one, without a guess; `trace` follows the branch
-//! through what was asked, from stage to stage; `rank` examines whether the conditions determine their solution.
+//! `start` finds the first state, without a guess; `state` finds one to the accuracy asked for; `trace` goes from state to state, in
+//! the control or, where that turns back, by arclength (`arc`); `stage` sees what happens on the way, and changes the elements
+//! of the meridian; `between` finds states between two; `branch` walks through all that was asked; `rank` examines whether the
+//! conditions determine their solution.
 
+mod arc;
+mod between;
+mod branch;
 mod clock;
+mod outcome;
 mod rank;
+mod stage;
 mod start;
 mod state;
 mod trace;
 
+pub use branch::run;
+pub use outcome::{Event, Outcome, Point, Reason, Request, Status};
 pub use rank::{Rank, rank};
 pub use state::{Halt, Work};
-pub use trace::{Event, Outcome, Point, Reason, Request, Status, run};

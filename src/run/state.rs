@@ -157,5 +157,8 @@ fn largest_residuals(model: &Model, system: &System, disc: &Discretization, z: &
         .filter(|(v, _)| !(*v < 1e-9))
         .collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    all.into_iter().take(3).map(|(v, name)| format!("`{name}` misses by {v:.1e}")).collect()
+    let said = |(v, name): (f64, String)| {
+        if v.is_finite() { format!("`{name}` misses by {v:.1e}") } else { format!("`{name}` is not finite") }
+    };
+    all.into_iter().take(3).map(said).collect()
 }

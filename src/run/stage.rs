@@ -1,0 +1,183 @@
+//! What happens on a branch: limit points, stops, and elements of the meridian that appear or vanish.
+
+use super::outcome::Event;
+use super::state;
+use super::trace::{Stop, Tracer};
+use crate::bvp::{Discretization, Problem, uniform};
+use crate::model::{Change, Model, When};
+use crate::solution::{Solution, profile};
+use crate::system::{Closing, Formula, Place};
+use std::sync::Arc;
+
+/// What is watched for an event, relative to its next value, is zero below this in the state in which a stage begins.
+const FRESH: f64 = 1e-6;
+
+impl Tracer {
+    pub(super) fn happen(&mut self, kind: &'static str, of: String, stage_after: String, solution: Solution) {
+        self.outcome.events.push(Event { kind, of, stage_before: self.model.stage(), stage_after, solution });
+    }
+
+    /// Limit points and stops between two states, in the order of the control.
+    pub(super) fn events(&mut self, a: &Solution, b: &Solution) -> Result<Vec<(&'static str, String, Solution)>, Stop> {
+        let model = self.model.clone();
+        let mut found = vec![];
+        let (ca, cb) = (self.value(a), self.value(b));
+        for name in &model.branch.limit_points {
+            let Some(q) = model.quantities.iter().position(|q| q.name == *name) else { continue };
+            if q == self.control {
+                continue; // met as a turn of the control itself
+            }
+            let slope = |s: &Solution| s.quantity(q).map(|m| m.slope / self.rate(s));
+            if let (Some(sa), Some(sb)) = (slope(a), slope(b))
+                && sa * sb < 0.0
+                && let Some(s) = self.extremum(q, a, b)
+            {
+                found.push(("fold", name.clone(), s));
+            }
+        }
+        for (name, formula) in &model.branch.stops {
+            let g = |s: &Solution| Some(on_slots(&model, formula, s));
+            if let (Some(ga), Some(gb)) = (g(a), g(b))
+                && ga * gb < 0.0
+            {
+                let s = self.between(a, b, g, 1e-15).ok_or(Stop::Astray)?;
+                found.push(("end", name.clone(), s));
+            }
+        }
+        // Where the branch ends a quantity may end with a double zero: that is no limit point.
+        let ends: Vec<f64> = found.iter().filter(|f| f.0 == "end").map(|f| self.value(&f.2)).collect();
+        found.retain(|f| f.0 != "fold" || ends.iter().all(|e| (self.value(&f.2) - e).abs() > 1e-6 * e.abs()));
+        // Wrinkles: the least tension changes its sign.
+        let least = |s: &Solution| Some(s.certificate.least_tension).filter(|w| w.is_finite());
+        if let (Some(wa), Some(wb)) = (least(a), least(b))
+            && wa * wb < 0.0
+            && let Some(s) = self.between(a, b, least, 1e-6)
+        {
+            found.push(("wrinkling", "least tension".into(), s));
+        }
+        found.sort_by(|x, y| ((self.value(&x.2) - ca) / (cb - ca)).total_cmp(&((self.value(&y.2) - ca) / (cb - ca))));
+        Ok(found)
+    }
+
+    /// The first change of the elements of the meridian between two states, and the state in which it happens.
+    pub(super) fn change(&mut self, a: &Solution, b: &Solution) -> Result<Option<(Change, Solution)>, Stop> {
+        let model = self.model.clone();
+        let (ca, cb) = (self.value(a), self.value(b));
+        let mut first: Option<(f64, Change, Solution)> = None;
+        for change in &model.changes {
+            let g = |s: &Solution| watched(&model, change, s);
+            let (Some(ga), Some(gb)) = (g(a), g(b)) else { continue };
+            // A new contact has no length yet; it is undone only after it has had some. Neither is a touch believed where the stage
+            // has just begun with the lift-off.
+            let fresh = self.entered && self.history.len() == 1 && ga.abs() < FRESH * gb.abs();
+            let crossed = match change.when {
+                When::Formula(_) => ga * gb < 0.0 && !fresh,
+                When::Length(_) => ga > 1e-9 && gb < 0.0,
+                When::Pressure(_) => ga > 0.0 && gb < 0.0,
+            };
+            if crossed {
+                let s = self.between(a, b, g, 1e-14).ok_or(Stop::Astray)?;
+                let t = (self.value(&s) - ca) / (cb - ca);
+                if first.as_ref().is_none_or(|f| t < f.0) {
+                    first = Some((t, change.clone(), s));
+                }
+            }
+        }
+        Ok(first.map(|(_, change, s)| (change, s)))
+    }
+
+    /// Goes on from a state in another stage.
+    pub(super) fn enter(&mut self, model: Model, from: &Solution) -> Result<(), Stop> {
+        let c = self.value(from);
+        let (mut disc, mut z) = carry(&self.model, from, &model);
+        self.model = Arc::new(model);
+        self.system = self.model.system.clone();
+        let of = self.model.quantities[self.control].formula.clone();
+        self.system.closing = Closing::Value { of, target: c };
+        let solution = state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work)
+            .map_err(Stop::Halt)?;
+        self.history = vec![solution];
+        self.entered = true;
+        Ok(())
+    }
+}
+
+/// The value of a formula of slots at a state.
+pub(super) fn on_slots(model: &Model, formula: &Formula, s: &Solution) -> f64 {
+    let index = s.disc.slot_index();
+    formula.value(&model.system, &|slot| s.state[index[slot]])
+}
+
+/// What is watched for a change, at a state.
+fn watched(model: &Model, change: &Change, s: &Solution) -> Option<f64> {
+    match &change.when {
+        When::Formula(formula) => Some(on_slots(model, formula, s)),
+        When::Length(piece) => {
+            let globals = s.disc.globals(&s.state);
+            let at = |place: Place| match place {
+                Place::Unknown(g) => Some(globals[g]),
+                Place::Fixed(eta) => Some(eta),
+                Place::Pole => None,
+            };
+            let p = &model.system.pieces[*piece];
+            Some(at(p.to)? - at(p.from)?)
+        }
+        When::Pressure(piece) => {
+            let name = &model.system.pieces[*piece].name;
+            profile(model, s).iter().filter(|r| r.segment == *name).filter_map(|r| r.p_c).reduce(f64::min)
+        }
+    }
+}
+
+/// A state of one stage as a first approximation in another: pieces and unknowns of the same name keep what they have; a piece
+/// that appears has no length, at the end of the piece before it.
+fn carry(old: &Model, s: &Solution, new: &Model) -> (Arc<Discretization>, Vec<f64>) {
+    let same = |name: &str| old.system.pieces.iter().position(|p| p.name == name);
+    let pieces = &new.system.pieces;
+    let meshes =
+        pieces.iter().map(|p| same(&p.name).map_or_else(|| uniform(2), |o| s.disc.meshes[o].clone())).collect();
+    let disc = Discretization::new(new.system.layout().clone(), s.disc.gauss.clone(), meshes);
+    let mut z = vec![0.0; disc.unknowns()];
+    let old_globals = s.disc.globals(&s.state);
+    let place = |place: Place| match place {
+        Place::Unknown(g) => old_globals[g],
+        Place::Fixed(eta) => eta,
+        Place::Pole => 0.0,
+    };
+    for (i, piece) in pieces.iter().enumerate() {
+        if let Some(o) = same(&piece.name) {
+            let from = s.disc.y(o, 0)..s.disc.q(o) + s.disc.layout.segments[o].coupled;
+            z[disc.y(i, 0)..disc.q(i) + disc.layout.segments[i].coupled].copy_from_slice(&s.state[from]);
+            continue;
+        }
+        let Some(o) = i.checked_sub(1).and_then(|b| same(&pieces[b].name)) else { continue };
+        let end = s.disc.y(o, s.disc.intervals(o));
+        let n = piece.kind.states().min(old.system.pieces[o].kind.states());
+        for point in 0..=disc.intervals(i) {
+            let at = disc.y(i, point);
+            z[at..at + n].copy_from_slice(&s.state[end..end + n]);
+        }
+    }
+    for (g, name) in new.globals.iter().enumerate() {
+        let at = disc.p() + g;
+        if let Some(o) = old.globals.iter().position(|n| n == name) {
+            z[at] = old_globals[o];
+            continue;
+        }
+        for (i, piece) in pieces.iter().enumerate() {
+            let before = i.checked_sub(1).and_then(|b| same(&pieces[b].name));
+            if piece.to == Place::Unknown(g)
+                && let Some(o) = same(&piece.name)
+            {
+                z[at] = place(old.system.pieces[o].to);
+            } else if *name == format!("{}.start.h", piece.name)
+                && let Some(o) = before
+            {
+                // Where the piece before it ends: its start, and its fall.
+                let start = old.globals.iter().position(|n| *n == format!("{}.start.h", old.system.pieces[o].name));
+                z[at] = start.map_or(0.0, |g| old_globals[g]) + s.state[s.disc.q(o)];
+            }
+        }
+    }
+    (Arc::new(disc), z)
+}
