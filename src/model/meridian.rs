@@ -509,6 +509,9 @@ pub fn walk<'a>(
             from,
             to,
             pressure: Pressure { fluid: names.fluid_pressure, outside },
+            loads: vec![],
+            apex: None,
+            repulsion: None,
         });
     }
     let mut names = names.with_pieces(piece_names, joint_names, absent, pieces.clone(), images);

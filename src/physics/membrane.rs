@@ -5,13 +5,13 @@
 //! rho0 w_l dtau/dS = lambda u p - w_m sin tau:
 //!
 //! ```text
-//! d ln(lambda)/d eta = [(w_m - lambda w_lm) cos tau - (w_l - mu w_lm) rho0' ] / (lambda w_ll)          (1)
+//! d ln(lambda)/d eta = [(w_m - lambda w_lm) cos tau - (w_l - mu w_lm) rho0' - rho0 q_t] / (lambda w_ll)   (1)
 //! d ln(mu)/d eta     = (lambda/mu) cos tau - rho0'                                                    (2)
-//! d tau/d eta        = (lambda mu rho0 p - w_m sin tau) / w_l                                         (3)
+//! d tau/d eta        = (lambda mu rho0 p + rho0 q_n - w_m sin tau) / w_l                              (3)
 //! dh/d eta           = rho0 lambda sin tau                                                            (4)
 //! ```
 //!
-//! rho0' = d rho0/dS. On a rigid frictionless face tau is given by the face, and (1), (2) remain; the contact pressure carries
+//! rho0' = d rho0/dS; q_t and q_n are what other tractions add, per reference area. On a rigid frictionless face tau is given by the face, and (1), (2) remain; the contact pressure carries
 //! what (3) misses.
 
 use super::material::{Law, Response};
@@ -47,19 +47,22 @@ impl<S: Scalar> Local<S> {
         Local { rho0: point.rho0, slope0: point.slope, lambda, mu, sin, cos, response }
     }
 
-    /// Right-hand sides of (1) and (2).
+    /// Right-hand sides of (1) and (2) under the tangential traction `pull` per reference area.
     #[inline(always)]
-    pub fn stretching(&self) -> [S; 2] {
+    pub fn stretching(&self, pull: S) -> [S; 2] {
         let r = &self.response;
-        let top = (r.w_m - self.lambda * r.w_lm) * self.cos - (r.w_l - self.mu * r.w_lm) * self.slope0;
+        let top = (r.w_m - self.lambda * r.w_lm) * self.cos
+            - (r.w_l - self.mu * r.w_lm) * self.slope0
+            - self.rho0 * pull;
         [top / (self.lambda * r.w_ll), self.lambda / self.mu * self.cos - self.slope0]
     }
 
-    /// Right-hand side of (3) under the net outward normal traction `p` per current area.
+    /// Right-hand side of (3) under the net outward pressure `p` per current area and the normal traction `push` per reference
+    /// area.
     #[inline(always)]
-    pub fn turning(&self, p: S) -> S {
+    pub fn turning(&self, p: S, push: S) -> S {
         let r = &self.response;
-        (self.lambda * self.mu * self.rho0 * p - r.w_m * self.sin) / r.w_l
+        (self.rho0 * (self.lambda * self.mu * p + push) - r.w_m * self.sin) / r.w_l
     }
 
     /// Deformed radius.
@@ -112,10 +115,10 @@ mod tests {
         let p = 2.0 * law.response(r0, r0).w_l / (r0 * r0);
         for eta in [-2.0, 0.1, 1.5] {
             let local = Local::new(&law, sphere.at(eta), r0.ln(), r0.ln(), sphere.phi(eta));
-            let [a, b] = local.stretching();
+            let [a, b] = local.stretching(0.0);
             assert!(a.abs() < 1e-14 && b.abs() < 1e-14);
-            assert_relative_eq!(local.turning(p), local.rho0, max_relative = 1e-13);
-            assert!((local.turning(1.001 * p) / local.rho0 - 1.0).abs() > 1e-3, "another pressure is no equilibrium");
+            assert_relative_eq!(local.turning(p, 0.0), local.rho0, max_relative = 1e-13);
+            assert!((local.turning(1.001 * p, 0.0) / local.rho0 - 1.0).abs() > 1e-3, "another pressure is no equilibrium");
             assert!(local.contact_pressure(p, local.rho0).abs() < 1e-13);
         }
     }

@@ -152,7 +152,7 @@ fn carry(old: &Model, s: &Solution, new: &Model) -> (Arc<Discretization>, Vec<f6
         }
         let Some(o) = i.checked_sub(1).and_then(|b| same(&pieces[b].name)) else { continue };
         let end = s.disc.y(o, s.disc.intervals(o));
-        let n = piece.kind.states().min(old.system.pieces[o].kind.states());
+        let n = piece.states().min(old.system.pieces[o].states());
         for point in 0..=disc.intervals(i) {
             let at = disc.y(i, point);
             z[at..at + n].copy_from_slice(&s.state[end..end + n]);

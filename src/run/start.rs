@@ -74,6 +74,12 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64, finer: usize) ->
         y.fill(stretch.ln());
         if let Kind::Free = piece.kind {
             y[2] = reference.phi(eta);
+            if piece.follows_height() {
+                // From where it starts, as on the inflated sphere.
+                let start = model.globals.iter().position(|n| *n == format!("{}.start.h", piece.name));
+                let top = if piece.coordinate.is_pole(Side::Start) { 1.0 } else { reference.phi(a).cos() };
+                y[3] = start.map_or(0.0, |g| globals[g]) + reference.radius * stretch * (top - y[2].cos());
+            }
         }
     };
     let mut z = disc.sample(&globals, exact);
@@ -102,7 +108,7 @@ fn slopes(
 ) {
     let k = disc.gauss.stages();
     for (s, piece) in system.pieces.iter().enumerate() {
-        let n = piece.kind.states();
+        let n = piece.states();
         let p: Vec<f64> = piece.parameters().iter().map(|&g| globals[g]).collect();
         let (mut y, mut slope) = (vec![0.0; n], vec![0.0; n]);
         for i in 0..disc.intervals(s) {

@@ -239,7 +239,7 @@ fn integrated_force(model: &Model, view: &View, s: usize) -> f64 {
     let p: Vec<f64> = piece.parameters().iter().map(|&g| view.global(g).re).collect();
     let (a, b) = piece.places(&p);
     let net = piece.pressure.value(&|g| view.global(g)).re;
-    let (disc, n) = (view.disc, piece.kind.states());
+    let (disc, n) = (view.disc, piece.states());
     let mut force = 0.0;
     for i in 0..disc.intervals(s) {
         let (x0, h) = (disc.meshes[s][i], disc.width(s, i));
@@ -277,7 +277,7 @@ pub(super) fn heights(model: &Model, view: &View, s: usize) -> Vec<f64> {
     }
     let Some(start) = view.value(&model.heights[s]) else { return vec![] };
     let disc = view.disc;
-    let (n, k) = (piece.kind.states(), disc.gauss.stages());
+    let (n, k) = (piece.states(), disc.gauss.stages());
     let p: Vec<f64> = piece.parameters().iter().map(|&g| view.global(g).re).collect();
     let mut out = vec![0.0; n + piece.kind.coupled()];
     let mut h = start.re;
@@ -311,7 +311,7 @@ fn mesh_points(model: &Model, view: &View, s: usize) -> Vec<(usize, Plain)> {
     let piece = &system.pieces[s];
     let p: Vec<f64> = piece.parameters().iter().map(|&g| view.global(g).re).collect();
     let (a, b) = piece.places(&p);
-    let n = piece.kind.states();
+    let n = piece.states();
     (0..=view.disc.intervals(s))
         .map(|i| {
             let x = view.disc.meshes[s][i];

@@ -42,7 +42,7 @@ pub fn profile(model: &Model, solution: &Solution) -> Vec<Row> {
         let p: Vec<f64> = piece.parameters().iter().map(|&g| view.global(g).re).collect();
         let (a, b) = piece.places(&p);
         let pressure = piece.pressure.value(&|g| view.global(g)).re;
-        let n = piece.kind.states();
+        let n = piece.states();
         let apex = model.bodies.iter().find(|body| body.pieces.contains(&s)).and_then(|body| view.value(&body.h));
         let heights = heights(model, &view, s);
         for i in 0..=disc.intervals(s) {

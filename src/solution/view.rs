@@ -28,7 +28,7 @@ impl<'a> View<'a> {
         let mut view = View { model, disc, state, slots, reported: vec![], largest_radius: OnceCell::new() };
         for (s, piece) in model.system.pieces.iter().enumerate() {
             let coupled = piece.kind.coupled();
-            let mut all = vec![Carried::from(0.0); coupled + piece.kind.reported()];
+            let mut all = vec![Carried::from(0.0); coupled + piece.reported()];
             quadratures_along(&model.system, disc, &|i| view.state[i], s, &mut all);
             if let Some(estimate) = estimate {
                 for (sum, missed) in all.iter_mut().zip(&estimate.quadratures[s]) {
@@ -78,7 +78,7 @@ impl<'a> View<'a> {
             Side::End => self.disc.y(s, self.disc.intervals(s)),
         };
         let x = if side == Side::Start { 0.0 } else { 1.0 };
-        Some(self.local(s, x, &self.state[at..at + piece.kind.states()]))
+        Some(self.local(s, x, &self.state[at..at + piece.states()]))
     }
 
     /// The membrane on a piece at x with states `y`.
@@ -205,7 +205,7 @@ impl<'a> View<'a> {
             }
         };
         for (s, piece) in system.pieces.iter().enumerate() {
-            let n = piece.kind.states();
+            let n = piece.states();
             for side in [Side::Start, Side::End] {
                 if let Some(m) = self.end(s, side) {
                     consider(m.u());

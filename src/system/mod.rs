@@ -8,13 +8,17 @@
 //! of a free piece, and on a face it follows from the radius.
 
 mod coordinate;
+mod load;
 mod piece;
 mod probe;
+mod repulsion;
 mod tip;
 
 pub use coordinate::{Coordinate, Place, tip_length};
-pub use piece::{Kind, Piece, Pressure};
+pub use load::{Component, Load, Site, Variable, along};
+pub use piece::{Kind, MOST_LOADS, Piece, Pressure};
 pub use probe::{Field, Probe, Side};
+pub use repulsion::{Repulsion, Rest};
 pub use tip::coefficient as tip_coefficient;
 
 use crate::bvp::{Layout, Problem, Segment};
@@ -74,9 +78,9 @@ impl System {
         let segments = pieces
             .iter()
             .map(|p| Segment {
-                states: p.kind.states(),
+                states: p.states(),
                 coupled: p.kind.coupled(),
-                reported: p.kind.reported(),
+                reported: p.reported(),
                 parameters: p.parameters(),
             })
             .collect();

@@ -1,5 +1,7 @@
 //! A piece of the meridian: its states, its equations, its quadratures.
 
+use super::load::{Load, Site, along};
+use super::repulsion::Repulsion;
 use super::{Coordinate, Place};
 use crate::expr::Tape;
 use crate::physics::material::Law;
@@ -8,6 +10,10 @@ use crate::physics::reference::Sphere;
 use crate::physics::surface::Face;
 use crate::scalar::Scalar;
 use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Most loads on one piece.
+pub const MOST_LOADS: usize = 8;
 
 /// What holds a piece of the membrane.
 #[derive(Clone, Debug)]
@@ -24,15 +30,6 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Number of states: ln(lambda), ln(mu) where the radius is not given, and tau where it is free.
-    pub fn states(&self) -> usize {
-        match self {
-            Kind::Free => 3,
-            Kind::Contact(_) => 2,
-            Kind::Wall { .. } => 1,
-        }
-    }
-
     /// Quadratures that conditions may use: increments of h and of the volume under the meridian, integral of pi u^2 dh; none
     /// on a face, where both follow from the radius.
     pub fn coupled(&self) -> usize {
@@ -40,11 +37,6 @@ impl Kind {
             Kind::Free | Kind::Wall { .. } => 2,
             Kind::Contact(_) => 0,
         }
-    }
-
-    /// Quadratures that are only reported: elastic energy, deformed area.
-    pub fn reported(&self) -> usize {
-        2
     }
 }
 
@@ -106,9 +98,34 @@ pub struct Piece {
     pub to: Place,
     /// The net pressure on it.
     pub pressure: Pressure,
+    /// Other tractions on it.
+    pub loads: Vec<Arc<Load>>,
+    /// Axial position of the apex of the face, where a load asks for that of the membrane: a formula of one output over globals.
+    pub apex: Option<(Tape, Vec<usize>)>,
+    /// Its own screened repulsion.
+    pub repulsion: Option<Repulsion>,
 }
 
 impl Piece {
+    /// Number of states: ln(lambda), ln(mu) where the radius is not given, tau where it is free, and h where a load asks for it.
+    pub fn states(&self) -> usize {
+        match self.kind {
+            Kind::Free => 3 + usize::from(self.follows_height()),
+            Kind::Contact(_) => 2,
+            Kind::Wall { .. } => 1,
+        }
+    }
+
+    /// True if h is one of its states.
+    pub fn follows_height(&self) -> bool {
+        matches!(self.kind, Kind::Free) && self.loads.iter().any(|load| load.needs_height())
+    }
+
+    /// Quadratures that are only reported: elastic energy, deformed area, and the axial force of each load.
+    pub fn reported(&self) -> usize {
+        2 + self.loads.len()
+    }
+
     /// The globals that its equations depend on: unknown places, then those of the pressure.
     pub fn parameters(&self) -> Vec<usize> {
         let mut p: Vec<usize> = [self.from, self.to]
@@ -119,7 +136,44 @@ impl Piece {
             })
             .collect();
         p.extend(self.pressure.globals());
+        for load in &self.loads {
+            p.extend(load.globals());
+        }
+        p.extend(self.apex.iter().flat_map(|(_, globals)| globals));
         p
+    }
+
+    /// The force of each load per reference area, away from the axis and downwards, at eta; `rest` as [`Piece::ends`] leaves it.
+    pub fn forces<S: Scalar>(
+        &self,
+        reference: &Sphere,
+        eta: S,
+        local: &Local<S>,
+        y: &[S],
+        rest: &[S],
+        mut each: impl FnMut(usize, [S; 2]),
+    ) {
+        let mut rest = &rest[self.pressure.globals().len()..];
+        let given = self.loads.iter().map(|load| load.globals().count()).sum::<usize>();
+        let (tau, h) = match &self.kind {
+            Kind::Free => (y[2], y.get(3).copied().unwrap_or(S::from(0.0))),
+            Kind::Wall { .. } => (S::from(0.5 * PI), S::from(0.0)),
+            Kind::Contact(face) => {
+                let apex = self.apex.as_ref().map_or(S::from(0.0), |(tape, _)| {
+                    let (mut work, mut out) = (vec![], [S::from(0.0)]);
+                    tape.eval(&rest[given..], &mut work, &mut out);
+                    out[0]
+                });
+                (face.tangent(local.u()), apex + face.drop(local.u()))
+            }
+        };
+        let phi = reference.phi(eta);
+        let site = Site { local: *local, tau, h, phi, arc: phi * reference.radius };
+        for (i, load) in self.loads.iter().enumerate() {
+            let (own, others) = rest.split_at(load.globals().count());
+            each(i, load.force(&site, own));
+            rest = others;
+        }
     }
 
     /// The eta of both ends and the rest of the parameters; poles have 0, which nothing uses.
@@ -169,36 +223,61 @@ impl Piece {
         let (a, b, rest) = self.ends(p);
         let (eta, stretch) = self.coordinate.at(x, a, b);
         let m = self.local(reference, law, eta, y);
-        let [f0, f1] = m.stretching();
+        let (mut balanced, mut pull, mut push) = (m, S::from(0.0), S::from(0.0));
+        if let Some(repulsion) = &self.repulsion {
+            balanced = repulsion.added_to(&m);
+            [pull, push] = along(&m, repulsion.rest(x));
+        }
+        let loaded = (!self.loads.is_empty()).then(|| self.loaded(reference, eta, &m, y, rest));
+        if let Some((t, n, _)) = &loaded {
+            (pull, push) = (pull + *t, push + *n);
+        }
+        let [f0, f1] = balanced.stretching(pull);
         out[0] = f0 * stretch;
         let measure = m.rho0 * stretch;
+        let states = self.states();
         match &self.kind {
-            Kind::Wall { .. } => {
-                if out.len() > 1 {
-                    self.falling(&m, measure, &mut out[1..]);
-                }
-                if out.len() > 3 {
-                    self.reported(&m, measure, &mut out[3..]);
-                }
-            }
+            Kind::Wall { .. } => {}
             Kind::Free => {
                 out[1] = f1 * stretch;
-                let p = self.pressure.net(rest);
-                out[2] = m.turning(p) * stretch;
-                if out.len() > 3 {
-                    self.falling(&m, measure, &mut out[3..]);
-                }
-                if out.len() > 5 {
-                    self.reported(&m, measure, &mut out[5..]);
+                out[2] = balanced.turning(self.pressure.net(rest), push) * stretch;
+                if states > 3 {
+                    out[3] = measure * m.lambda * m.sin;
                 }
             }
-            Kind::Contact(_) => {
-                out[1] = f1 * stretch;
-                if out.len() > 2 {
-                    self.reported(&m, measure, &mut out[2..]);
+            Kind::Contact(_) => out[1] = f1 * stretch,
+        }
+        let coupled = self.kind.coupled();
+        if coupled > 0 && out.len() > states {
+            self.falling(&m, measure, &mut out[states..]);
+        }
+        if out.len() > states + coupled {
+            let out = &mut out[states + coupled..];
+            self.reported_flow(&m, measure, out);
+            if let Some((_, _, axial)) = &loaded {
+                for (o, force) in out[2..].iter_mut().zip(axial) {
+                    *o = m.rho0 * *force * measure * (2.0 * PI);
                 }
             }
         }
+    }
+
+    /// Tangential and normal part of all loads per reference area, and the axial force of each.
+    #[inline(never)]
+    fn loaded<S: Scalar>(
+        &self,
+        reference: &Sphere,
+        eta: S,
+        m: &Local<S>,
+        y: &[S],
+        rest: &[S],
+    ) -> (S, S, [S; MOST_LOADS]) {
+        let (mut pull, mut push, mut axial) = (S::from(0.0), S::from(0.0), [S::from(0.0); MOST_LOADS]);
+        self.forces(reference, eta, m, y, rest, |i, force| {
+            let [t, n] = along(m, force);
+            (pull, push, axial[i]) = (pull + t, push + n, force[1]);
+        });
+        (pull, push, axial)
     }
 
     /// Contact pressure on a face at a state of the membrane, under the net pressure `p`.
@@ -218,7 +297,7 @@ impl Piece {
 
     /// Energy 2 pi rho0 w dS and area 2 pi u lambda dS.
     #[inline(always)]
-    fn reported<S: Scalar>(&self, m: &Local<S>, measure: S, out: &mut [S]) {
+    fn reported_flow<S: Scalar>(&self, m: &Local<S>, measure: S, out: &mut [S]) {
         out[0] = m.rho0 * m.response.w * measure * (2.0 * PI);
         out[1] = m.u() * m.lambda * measure * (2.0 * PI);
     }

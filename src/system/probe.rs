@@ -38,6 +38,8 @@ pub enum Field {
     TensionM,
     /// Position below the apex of the face (contact).
     Drop,
+    /// Axial position, where it is a state (free, under a load that asks for it).
+    Height,
     /// Contact pressure (contact).
     ContactPressure,
     /// d ln(mu/lambda)/d eta as around the tip of a cone; zero at the start of a tip.
@@ -87,7 +89,7 @@ impl Probe {
                     Side::Start => layout.start(s),
                     Side::End => layout.end(s),
                 };
-                out.extend((0..piece.kind.states()).map(|c| first + c));
+                out.extend((0..piece.states()).map(|c| first + c));
                 place(piece.from, out);
                 place(piece.to, out);
                 if field == Field::ContactPressure {
@@ -156,16 +158,16 @@ pub(super) fn end_local<S: Scalar>(
     let piece = &system.pieces[s];
     let y = end_states(system, s, side, slot);
     let eta = end_eta(system, piece, side, slot)?;
-    Some(piece.local(&system.reference, &system.law, eta, &y[..piece.kind.states()]))
+    Some(piece.local(&system.reference, &system.law, eta, &y[..piece.states()]))
 }
 
-fn end_states<S: Scalar>(system: &System, s: usize, side: Side, slot: &impl Fn(usize) -> S) -> [S; 3] {
+fn end_states<S: Scalar>(system: &System, s: usize, side: Side, slot: &impl Fn(usize) -> S) -> [S; 4] {
     let layout = &system.layout;
     let first = match side {
         Side::Start => layout.start(s),
         Side::End => layout.end(s),
     };
-    std::array::from_fn(|c| if c < system.pieces[s].kind.states() { slot(first + c) } else { S::from(0.0) })
+    std::array::from_fn(|c| if c < system.pieces[s].states() { slot(first + c) } else { S::from(0.0) })
 }
 
 fn end_field<S: Scalar>(system: &System, s: usize, side: Side, field: Field, slot: &impl Fn(usize) -> S) -> S {
@@ -188,6 +190,7 @@ fn end_field<S: Scalar>(system: &System, s: usize, side: Side, field: Field, slo
         Field::S => phi() * system.reference.radius,
         Field::Rho0 => rho0(),
         Field::Tau => tau,
+        Field::Height => y[3],
         Field::W => system.law.response(lambda, mu).w,
         Field::TensionL => system.law.response(lambda, mu).w_l,
         Field::TensionM => system.law.response(lambda, mu).w_m,
