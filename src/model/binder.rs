@@ -3,8 +3,8 @@
 use super::{Initial, bracket, formula_errors, is_condition, token};
 use crate::diagnostic::Diagnostic;
 use crate::expr::{self, Argument, Builder, ExprError, Function, Node, Scope, Tape, UnitKind, nearest};
-use crate::spec::{Number, Problem};
-use crate::system::{Coordinate, Field, Formula, Kind, Piece, Probe, Side, System};
+use crate::spec::{Number, Problem, Traction};
+use crate::system::{Coordinate, Field, Formula, Kind, Piece, Probe, Side, System, Variable};
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
@@ -24,7 +24,7 @@ pub struct PieceName {
     pub name: String,
     /// The body it lies on, as an index into the bodies of the file.
     pub body: Option<usize>,
-    /// The global that is the axial position of its start (free pieces).
+    /// The global that is the axial position of its start; nothing on a face, and where h is a state.
     pub h0: Option<usize>,
 }
 
@@ -62,6 +62,8 @@ pub struct Names<'a> {
     pub absent: Vec<String>,
     /// 2 where the model is half of the membrane.
     pub images: f64,
+    /// Axial positions of the top and bottom of the initial membrane, once they are known.
+    pub extent: Option<(f64, f64)>,
     shapes: Vec<Piece>,
     /// The unknowns that conditions depend on.
     pub used: HashSet<String>,
@@ -95,6 +97,7 @@ impl<'a> Names<'a> {
             joints: vec![],
             absent: vec![],
             images: 1.0,
+            extent: None,
             shapes: vec![],
             used: HashSet::new(),
             touched: RefCell::default(),
@@ -178,6 +181,11 @@ impl<'a> Names<'a> {
         Some(initial.clone())
     }
 
+    /// The pieces, when more is known of them.
+    pub fn set_shapes(&mut self, pieces: &[Piece]) {
+        self.shapes = pieces.to_vec();
+    }
+
     /// The pieces themselves.
     pub fn shapes(&self) -> &[Piece] {
         &self.shapes
@@ -191,12 +199,13 @@ impl<'a> Names<'a> {
     /// No name may mean two things, and none may be a word of the language.
     fn declared_once(&self, errors: &mut Vec<Diagnostic>) {
         let p = self.problem;
-        let blocks: [(&str, Vec<&String>); 5] = [
+        let blocks: [(&str, Vec<&String>); 6] = [
             ("parameters", p.parameters.keys().collect()),
             ("unknowns", p.unknowns.keys().collect()),
             ("definitions", p.definitions.keys().collect()),
             ("outputs", p.outputs.keys().collect()),
             ("bodies", p.bodies.keys().collect()),
+            ("tractions", p.tractions.keys().collect()),
         ];
         let mut seen: HashMap<&str, &str> = HashMap::new();
         for (block, names) in &blocks {
@@ -423,6 +432,44 @@ impl<'a> Names<'a> {
         Some((builder.finish(), globals))
     }
 
+    /// A traction: formulas over the local state and globals, as outputs of one tape.
+    pub fn field(&mut self, texts: &[(&str, String)], errors: &mut Vec<Diagnostic>) -> Option<(Tape, Vec<Variable>)> {
+        let mut binder = Binder { here: true, ..Binder::new(self, Level::Full, true) };
+        let mut builder = Builder::new();
+        let before = errors.len();
+        for (text, pointer) in texts {
+            let bound = expr::parse(text)
+                .map_err(|e| formula_errors(pointer, vec![e]))
+                .and_then(|parsed| builder.add(&parsed, &mut binder).map_err(|e| formula_errors(pointer, e)));
+            match bound {
+                Ok(node) => {
+                    builder.output(node);
+                }
+                Err(e) => errors.extend(e),
+            }
+        }
+        let mut variables = vec![];
+        for probe in &binder.probes {
+            match probe {
+                Probe::Global(g) => variables.push(Variable::Global(*g)),
+                Probe::Here(v) => variables.push(*v),
+                _ => {
+                    errors.push(
+                        Diagnostic::error(
+                            "not-local",
+                            "a traction may depend on parameters, unknowns and the local state only",
+                        )
+                        .at(texts[0].1.clone(), "depends on another place")
+                        .help("local: u, h, tau, lambda, mu, phi, S, rho0; for another place, declare an unknown and a constraint"),
+                    );
+                    return None;
+                }
+            }
+        }
+        self.used.extend(self.touched.borrow_mut().drain());
+        (errors.len() == before).then(|| (builder.finish(), variables))
+    }
+
     /// Reads every definition for its own mistakes. One that uses the local state is a field, which has a meaning only at a place.
     pub fn definitions(&mut self, system: &System, errors: &mut Vec<Diagnostic>) {
         for (name, number) in &self.problem.definitions {
@@ -458,6 +505,8 @@ pub struct Binder<'n, 'a> {
     names: &'n Names<'a>,
     level: Level,
     condition: bool,
+    /// True where fields of the local state have a meaning.
+    here: bool,
     probes: Vec<Probe>,
     nodes: HashMap<String, Node>,
     stack: Vec<String>,
@@ -467,7 +516,7 @@ type Bound = Result<Node, Vec<ExprError>>;
 
 impl<'n, 'a> Binder<'n, 'a> {
     fn new(names: &'n Names<'a>, level: Level, condition: bool) -> Self {
-        Binder { names, level, condition, probes: vec![], nodes: HashMap::new(), stack: vec![] }
+        Binder { names, level, condition, here: false, probes: vec![], nodes: HashMap::new(), stack: vec![] }
     }
 
     /// The node of a probe.
@@ -519,7 +568,7 @@ impl<'n, 'a> Binder<'n, 'a> {
             };
             return Ok(builder.sum(apex, drop));
         }
-        let start = info.h0.expect("a free piece has its own start height");
+        let Some(start) = info.h0 else { return Ok(self.end(builder, piece, side, Field::Height)) };
         let start = self.probe(builder, Probe::Global(start));
         Ok(match side {
             Side::Start => start,
@@ -565,6 +614,12 @@ impl<'n, 'a> Binder<'n, 'a> {
             let sign = builder.constant(sign);
             let part = builder.mul(part, sign);
             total = builder.sum(total, part);
+        }
+        // Other tractions press the membrane on the body as well.
+        let own = shape.repulsion.as_ref().map(|_| shape.repulsion_at());
+        for q in (2..2 + shape.loads.len()).chain(own) {
+            let other = self.probe(builder, Probe::Reported(piece, q));
+            total = builder.sub(total, other);
         }
         let down = match &shape.kind {
             Kind::Contact(face) => face.facing == crate::physics::surface::Facing::Down,
@@ -653,6 +708,9 @@ impl<'n, 'a> Binder<'n, 'a> {
             return Err(ExprError::new("not-constant", span, message).into());
         }
         let all: Vec<usize> = (0..self.names.pieces.len()).collect();
+        if let Some(traction) = self.names.problem.tractions.get(first) {
+            return self.traction(builder, first, traction, rest, span);
+        }
         if first == "membrane" {
             if let Some(node) = self.over(builder, &all, rest) {
                 return Ok(self.scaled(builder, node));
@@ -716,6 +774,49 @@ impl<'n, 'a> Binder<'n, 'a> {
             }
         }
         self.of_body(builder, name, first, rest, span)
+    }
+
+    /// The whole axial force of a traction, downwards, or the energy of an electrostatic one.
+    fn traction(
+        &mut self,
+        builder: &mut Builder,
+        name: &str,
+        traction: &Traction,
+        rest: &str,
+        span: Range<usize>,
+    ) -> Bound {
+        let all: Vec<usize> = (0..self.names.pieces.len()).collect();
+        let repels = matches!(traction, Traction::SelfRepulsion { .. });
+        let place = |names: &Names, s: usize| {
+            let piece = &names.shapes[s];
+            if repels {
+                return piece.repulsion.as_ref().map(|_| piece.repulsion_at());
+            }
+            piece.loads.iter().position(|load| load.name == name).map(|i| 2 + i)
+        };
+        let sum = |binder: &mut Self, builder: &mut Builder, further: usize| {
+            let on: Vec<usize> = all.iter().copied().filter(|&s| place(binder.names, s).is_some()).collect();
+            let sum = binder
+                .sum_of(builder, &on, |names, s| Probe::Reported(s, place(names, s).expect("it acts there") + further));
+            binder.scaled(builder, sum)
+        };
+        match (rest, traction) {
+            ("force", _) => Ok(sum(self, builder, 0)),
+            ("energy", Traction::SelfRepulsion { .. }) => Ok(sum(self, builder, 1)),
+            ("energy", Traction::ChargedPlane { debye_length, .. }) => {
+                // The force falls off as exp(-d/debye_length), so its potential is the force times that length.
+                let force = sum(self, builder, 0);
+                let length = self.names.constant(debye_length, "", &mut vec![]).unwrap_or(f64::NAN);
+                let length = builder.constant(-length);
+                Ok(builder.mul(force, length))
+            }
+            _ => {
+                let more = if matches!(traction, Traction::Applied { .. }) { "" } else { ", energy" };
+                Err(ExprError::new("unknown-name", span, format!("`{name}.{rest}` is not known"))
+                    .help(format!("of this traction: force{more}"))
+                    .into())
+            }
+        }
     }
 
     /// A field at an end of a piece, by its name.
@@ -825,6 +926,7 @@ impl<'n, 'a> Binder<'n, 'a> {
         known.extend(
             self.names.problem.bodies.keys().map(String::as_str).filter(|b| !known.contains(b)).collect::<Vec<_>>(),
         );
+        known.extend(self.names.problem.tractions.keys().map(String::as_str));
         known.extend(["membrane", "initial", "reference"]);
         let near = nearest(first, known.iter().copied()).map(|n| format!("did you mean `{n}`? ")).unwrap_or_default();
         Err(ExprError::new(
@@ -928,6 +1030,21 @@ impl Scope for Binder<'_, '_> {
             };
             self.nodes.insert(name.to_owned(), node);
             return Ok(node);
+        }
+        let here = match name {
+            _ if !self.here => None,
+            "u" => Some(Variable::U),
+            "h" => Some(Variable::H),
+            "tau" => Some(Variable::Tau),
+            "lambda" => Some(Variable::Lambda),
+            "mu" => Some(Variable::Mu),
+            "phi" => Some(Variable::Phi),
+            "S" => Some(Variable::S),
+            "rho0" => Some(Variable::Rho0),
+            _ => None,
+        };
+        if let Some(variable) = here {
+            return Ok(self.probe(builder, Probe::Here(variable)));
         }
         if LOCAL.contains(&name) {
             let message = format!("`{name}` is a field of the membrane: say where");

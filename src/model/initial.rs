@@ -1,6 +1,7 @@
 //! The initial state: the fluid alone, no body, in closed form.
 
 use super::binder::Names;
+use super::tractions::sphere_repulsion;
 use crate::diagnostic::Diagnostic;
 use crate::physics::material::{Energy, Gent, Law, MooneyRivlin, NeoHookean, Skalak};
 use crate::physics::reference::Sphere;
@@ -28,6 +29,10 @@ pub struct Initial {
     pub volume: f64,
     /// Elastic energy.
     pub energy: f64,
+    /// Axial position of the middle.
+    pub middle: f64,
+    /// Coupling and inverse screening length of the charge that the membrane carries.
+    pub charge: Option<(f64, f64)>,
 }
 
 impl Initial {
@@ -42,14 +47,23 @@ impl Initial {
             radius,
             volume: 4.0 / 3.0 * PI * radius.powi(3),
             energy: reference.area() * response.w,
+            middle: 0.0,
+            charge: None,
             reference,
             law,
         }
     }
 
+    /// The same sphere with a charge that repels itself: the fluid holds less pressure.
+    pub fn charged(self, charge: Option<(f64, f64)>) -> Self {
+        let own = charge.map_or(0.0, |(c, k)| sphere_repulsion(c, k, self.reference.radius, self.radius));
+        Initial { charge, pressure: self.pressure - own, ..self }
+    }
+
     /// The same sphere at another stretch.
     pub fn at(&self, stretch: f64) -> Self {
-        Initial { outside: self.outside, ..Initial::new(self.reference.clone(), self.law.clone(), stretch) }
+        let other = Initial::new(self.reference.clone(), self.law.clone(), stretch);
+        Initial { outside: self.outside, middle: self.middle, ..other }.charged(self.charge)
     }
 }
 

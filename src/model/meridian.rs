@@ -449,7 +449,9 @@ pub fn walk<'a>(
     }
     let mut piece_names = vec![];
     for (s, kind) in segments.iter().zip(&kinds) {
-        let h0 = (kind.coupled() > 0).then(|| {
+        // Where tractions act on a free segment h is a state of it.
+        let state = matches!(kind, Kind::Free) && super::tractions::act_on(problem, &s.name);
+        let h0 = (kind.coupled() > 0 && !state).then(|| {
             globals.push(format!("{}.start.h", s.name));
             initial_globals.push(0.0);
             globals.len() - 1
@@ -515,7 +517,10 @@ pub fn walk<'a>(
         });
     }
     let mut names = names.with_pieces(piece_names, joint_names, absent, pieces.clone(), images);
-    axial_place(problem, &names, initial, &segments, &kinds, &edges, mirror, &mut initial_globals, errors);
+    let middle = axial_place(problem, &names, initial, &segments, &kinds, &edges, mirror, &mut initial_globals, errors);
+    names.extent = Some((middle - initial.radius, middle + initial.radius));
+    super::tractions::apply(problem, &mut names, &mut pieces, errors);
+    names.set_shapes(&pieces);
     let mut system = System::new(initial.reference.clone(), initial.law.clone(), pieces, globals.len());
 
     // Conditions, in walking order.
@@ -738,7 +743,7 @@ pub fn walk<'a>(
             });
         }
     }
-    let initial = initial.clone();
+    let initial = Initial { middle, ..initial.clone() };
     Some(Walk { names, initial, system, ledger, globals, initial_globals, bodies, edges: edge_list, images, heights })
 }
 
@@ -852,7 +857,7 @@ fn pole<'a>(
 type Make<'m> =
     dyn Fn(&mut crate::expr::Builder, &mut super::binder::Binder) -> Result<crate::expr::Node, Vec<ExprError>> + 'm;
 
-/// Where the initial sphere stands, and whether the bodies just touch it there.
+/// Where the middle of the initial sphere stands, and whether the bodies just touch it there.
 #[allow(clippy::too_many_arguments)]
 fn axial_place(
     problem: &Problem,
@@ -864,7 +869,7 @@ fn axial_place(
     mirror: Option<&Number>,
     initial_globals: &mut [f64],
     errors: &mut Vec<Diagnostic>,
-) {
+) -> f64 {
     let r = initial.radius;
     let apex = |body: usize, errors: &mut Vec<Diagnostic>| -> Option<(f64, String)> {
         let (name, body) = problem.bodies.get_index(body)?;
@@ -935,4 +940,5 @@ fn axial_place(
                 };
         }
     }
+    middle
 }

@@ -8,6 +8,7 @@ mod initial;
 mod ledger;
 mod meridian;
 mod set;
+mod tractions;
 
 pub use initial::Initial;
 pub use ledger::{Entry, Ledger};
@@ -292,6 +293,15 @@ pub fn resolve_stage(problem: &Problem, presence: &Presence) -> Result<Model, Ve
     unsupported(problem, &mut errors);
     let names = Names::new(problem, &mut errors);
     let Some(initial) = initial::resolve(problem, &names, &mut errors) else { return Err(errors) };
+    let initial = initial.charged(tractions::repulsion(problem, &names));
+    if initial.charge.is_some() && initial.pressure <= 0.0 {
+        errors.push(
+            Diagnostic::error("no-tension", "the repulsion of the charge leaves the inflated membrane no tension")
+                .at("/tractions", format!("its over-pressure would be {:.6}", initial.pressure))
+                .help("a smaller coupling, or more inflation"),
+        );
+        return Err(errors);
+    }
     let names = names.with_initial(&initial);
     let Some(walk) = meridian::walk(problem, presence, names, &initial, &mut errors) else { return Err(errors) };
     let meridian::Walk { mut names, initial, mut system, mut ledger, globals, initial_globals, mut bodies, .. } = walk;
@@ -464,7 +474,6 @@ fn unsupported(problem: &Problem, errors: &mut Vec<Diagnostic>) {
         }
     };
     refuse(problem.units.is_some(), "/units", "a file with units of measurement");
-    refuse(!problem.tractions.is_empty(), "/tractions", "a traction other than pressure");
     refuse(problem.contact == spec::ContactSearch::Detect, "/contact", "detected contact");
     refuse(problem.wrinkling == spec::Wrinkling::Relax, "/wrinkling", "the relaxed energy");
     refuse(problem.sweep.is_some(), "/sweep", "a sweep");

@@ -51,9 +51,8 @@ impl<S: Scalar> Local<S> {
     #[inline(always)]
     pub fn stretching(&self, pull: S) -> [S; 2] {
         let r = &self.response;
-        let top = (r.w_m - self.lambda * r.w_lm) * self.cos
-            - (r.w_l - self.mu * r.w_lm) * self.slope0
-            - self.rho0 * pull;
+        let top =
+            (r.w_m - self.lambda * r.w_lm) * self.cos - (r.w_l - self.mu * r.w_lm) * self.slope0 - self.rho0 * pull;
         [top / (self.lambda * r.w_ll), self.lambda / self.mu * self.cos - self.slope0]
     }
 
@@ -118,7 +117,10 @@ mod tests {
             let [a, b] = local.stretching(0.0);
             assert!(a.abs() < 1e-14 && b.abs() < 1e-14);
             assert_relative_eq!(local.turning(p, 0.0), local.rho0, max_relative = 1e-13);
-            assert!((local.turning(1.001 * p, 0.0) / local.rho0 - 1.0).abs() > 1e-3, "another pressure is no equilibrium");
+            assert!(
+                (local.turning(1.001 * p, 0.0) / local.rho0 - 1.0).abs() > 1e-3,
+                "another pressure is no equilibrium"
+            );
             assert!(local.contact_pressure(p, local.rho0).abs() < 1e-13);
         }
     }

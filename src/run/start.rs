@@ -75,10 +75,7 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64, finer: usize) ->
         if let Kind::Free = piece.kind {
             y[2] = reference.phi(eta);
             if piece.follows_height() {
-                // From where it starts, as on the inflated sphere.
-                let start = model.globals.iter().position(|n| *n == format!("{}.start.h", piece.name));
-                let top = if piece.coordinate.is_pole(Side::Start) { 1.0 } else { reference.phi(a).cos() };
-                y[3] = start.map_or(0.0, |g| globals[g]) + reference.radius * stretch * (top - y[2].cos());
+                y[3] = model.initial.middle - reference.radius * stretch * y[2].cos();
             }
         }
     };

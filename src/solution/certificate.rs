@@ -66,11 +66,20 @@ impl Certificate {
             }
             let p = piece.pressure.value(&|g| view.global(g)).re;
             let (mut low, mut high, mut size) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
-            for (_, m) in mesh_points(model, view, s) {
-                let (pull, push) = (2.0 * PI * m.rho0 * m.w_l * m.sin, PI * m.u * m.u * p);
-                low = low.min(pull - push);
-                high = high.max(pull - push);
+            let points = mesh_points(model, view, s);
+            let last = points.len() - 1;
+            // Other tractions are summed over the whole piece: only its ends can be compared.
+            let other = (piece.reported() > 2).then(|| other_force(view, s).re);
+            for (i, m) in points {
+                let (pull, push) = (2.0 * PI * m.rho0 * m.w_balanced * m.sin, PI * m.u * m.u * p);
                 size = size.max(pull.abs()).max(push.abs());
+                let along = match other {
+                    Some(_) if i > 0 && i < last => continue,
+                    Some(force) if i == last => force,
+                    _ => 0.0,
+                };
+                low = low.min(pull - push + along);
+                high = high.max(pull - push + along);
             }
             if size > 0.0 {
                 self.first_integral = self.first_integral.max((high - low) / size);
@@ -95,7 +104,7 @@ impl Certificate {
     /// line, not with the material: what slides through it without friction needs no work.
     fn work(&mut self, model: &Model, view: &View) {
         let along = |v: Carried| v.du[TANGENT];
-        let energy: f64 = (0..model.system.pieces.len()).map(|s| along(view.reported(s, 0))).sum();
+        let mut energy: f64 = (0..model.system.pieces.len()).map(|s| along(view.reported(s, 0))).sum();
         let mut work = 0.0;
         let mut size = energy.abs();
         for body in &model.bodies {
@@ -113,6 +122,12 @@ impl Certificate {
             let v = volume.value(&model.system, &|slot| view.slot(slot));
             work += p * along(v);
             size += (p * along(v)).abs();
+        }
+        for s in 0..model.system.pieces.len() {
+            let (done, stored) = traction_work(view, s);
+            work += done;
+            energy += stored;
+            size += done.abs() + stored.abs();
         }
         // Where pieces meet, a line force may pull: what the tensions of both sides leave.
         for s in 1..model.system.pieces.len() {
@@ -152,7 +167,7 @@ impl Certificate {
                     note("hoop tension < 0", &piece.name, m.phi, m.w_m);
                 }
                 if !matches!(piece.kind, Kind::Free) {
-                    let p_c = if m.rho0 > 0.0 { p - m.w_m * m.sin / (m.rho0 * m.lambda * m.mu) } else { p };
+                    let p_c = m.p_c;
                     if p_c < -TOLERANCE * p.abs().max(p_c.abs()) {
                         note("contact pressure < 0", &piece.name, m.phi, p_c);
                     }
@@ -217,19 +232,68 @@ impl Certificate {
 fn patch_balance(model: &Model, view: &View, s: usize) -> (Carried, f64) {
     let piece = &model.system.pieces[s];
     let p = piece.pressure.value(&|g| view.global(g));
-    let (mut balance, mut size) = (Carried::from(0.0), 0.0_f64);
+    let mut balance = -other_force(view, s);
+    let mut size = balance.re.abs();
     for (side, sign) in [(Side::Start, -1.0), (Side::End, 1.0)] {
         let tip = matches!(
             (piece.coordinate, side),
             (Coordinate::FromTip(_), Side::Start) | (Coordinate::ToTip(_), Side::End)
         );
         if let Some(m) = view.end(s, side).filter(|_| !tip) {
-            let (push, pull) = (m.u() * m.u() * p * PI, m.rho0 * m.response.w_l * m.sin * (2.0 * PI));
+            let w_l = piece.repulsion.as_ref().map_or(m, |r| r.added_to(&m)).response.w_l;
+            let (push, pull) = (m.u() * m.u() * p * PI, m.rho0 * w_l * m.sin * (2.0 * PI));
             balance = balance + (push - pull) * sign;
             size = size.max(push.re.abs()).max(pull.re.abs());
         }
     }
     (balance, size)
+}
+
+/// What the tractions besides pressure do along the tangent, and the change of the local energy of the repulsion: at fixed material
+/// points, which move by du - (du/d eta) d eta where a place of the mesh moves by d eta.
+fn traction_work(view: &View, s: usize) -> (f64, f64) {
+    let system = &view.model.system;
+    let piece = &system.pieces[s];
+    if piece.reported() == 2 {
+        return (0.0, 0.0);
+    }
+    let (disc, n) = (view.disc, piece.states());
+    let p: Vec<Carried> = piece.parameters().iter().map(|&g| view.global(g)).collect();
+    let (a, b) = piece.places(&p);
+    let (mut work, mut stored) = (0.0, 0.0);
+    for i in 0..disc.intervals(s) {
+        let (x0, width) = (disc.meshes[s][i], disc.width(s, i));
+        for (node, weight) in disc.gauss.nodes.iter().zip(&disc.gauss.weights) {
+            let x = x0 + width * node;
+            let y = view.interpolate(s, i, *node, n);
+            let (eta, stretch) = piece.coordinate.at(x, a, b);
+            let m = piece.local(&system.reference, &system.law, eta, &y);
+            let measure = m.rho0 * m.rho0 * stretch * (2.0 * PI * weight * width);
+            let (_, [pull, push]) = piece.balance(&system.reference, &system.law, x, &y, &p);
+            let [radial, axial] = [pull * m.cos + push * m.sin, pull * m.sin - push * m.cos];
+            let moves = |v: Carried, slope: f64| v.du[TANGENT] - slope * eta.du[TANGENT];
+            let along = (m.rho0 * m.lambda).re;
+            let du = moves(m.u(), along * m.cos.re);
+            let dh = match &piece.kind {
+                Kind::Free => moves(y.get(3).copied().unwrap_or(Carried::from(0.0)), along * m.sin.re),
+                Kind::Contact(face) => moves(view.apex(s) + face.drop(m.u()), along * m.sin.re),
+                Kind::Wall { .. } => 0.0,
+            };
+            work += measure.re * (radial.re * du + axial.re * dh);
+            if let Some(repulsion) = &piece.repulsion {
+                let local = (m.lambda * m.mu).recip() * repulsion.strength();
+                stored += (measure * local).du[TANGENT];
+            }
+        }
+    }
+    (work, stored)
+}
+
+/// The axial force of all other tractions on a piece, downwards.
+fn other_force(view: &View, s: usize) -> Carried {
+    let piece = &view.model.system.pieces[s];
+    let repulsion = piece.repulsion.as_ref().map(|_| piece.repulsion_at());
+    (2..2 + piece.loads.len()).chain(repulsion).fold(Carried::from(0.0), |sum, q| sum + view.reported(s, q))
 }
 
 /// The same force from the contact pressure, integrated over the face on pieces of unit length in eta at most.
@@ -251,7 +315,7 @@ fn integrated_force(model: &Model, view: &View, s: usize) -> f64 {
                 let y: Vec<f64> = view.interpolate(s, i, theta, n).iter().map(|v| v.re).collect();
                 let (eta, stretch) = piece.coordinate.at(x0 + theta * h, a, b);
                 let m = piece.local(&system.reference, &system.law, eta, &y);
-                let p_c = piece.contact_pressure(&m, net);
+                let p_c = piece.contact_pressure(&system.reference, &system.law, x0 + theta * h, &y, &p);
                 force += 2.0 * PI * m.u() * m.lambda * m.cos * p_c * m.rho0 * stretch * weight * h / parts;
             }
         }
@@ -299,11 +363,13 @@ struct Plain {
     phi: f64,
     rho0: f64,
     u: f64,
-    lambda: f64,
-    mu: f64,
     sin: f64,
     w_l: f64,
     w_m: f64,
+    /// Meridional tension with what its own repulsion adds.
+    w_balanced: f64,
+    /// Contact pressure; meaningless on free pieces.
+    p_c: f64,
 }
 
 fn mesh_points(model: &Model, view: &View, s: usize) -> Vec<(usize, Plain)> {
@@ -325,11 +391,14 @@ fn mesh_points(model: &Model, view: &View, s: usize) -> Vec<(usize, Plain)> {
                     phi: system.reference.phi(eta),
                     rho0: m.rho0.value(),
                     u: m.u(),
-                    lambda: m.lambda,
-                    mu: m.mu,
                     sin: m.sin,
                     w_l: r.w_l,
                     w_m: r.w_m,
+                    w_balanced: piece.repulsion.as_ref().map_or(m, |own| own.added_to(&m)).response.w_l,
+                    p_c: match piece.kind {
+                        Kind::Free => 0.0,
+                        _ => piece.contact_pressure(&system.reference, &system.law, x, &y, &p),
+                    },
                 },
             )
         })

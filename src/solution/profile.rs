@@ -41,7 +41,6 @@ pub fn profile(model: &Model, solution: &Solution) -> Vec<Row> {
     for (s, piece) in system.pieces.iter().enumerate() {
         let p: Vec<f64> = piece.parameters().iter().map(|&g| view.global(g).re).collect();
         let (a, b) = piece.places(&p);
-        let pressure = piece.pressure.value(&|g| view.global(g)).re;
         let n = piece.states();
         let apex = model.bodies.iter().find(|body| body.pieces.contains(&s)).and_then(|body| view.value(&body.h));
         let heights = heights(model, &view, s);
@@ -50,14 +49,12 @@ pub fn profile(model: &Model, solution: &Solution) -> Vec<Row> {
             let eta = piece.coordinate.at(disc.meshes[s][i], a, b).0;
             let m = piece.local(&system.reference, &system.law, eta, y);
             let phi = system.reference.phi(eta);
+            let pressed = || piece.contact_pressure(&system.reference, &system.law, disc.meshes[s][i], y, &p);
             let (tau, h, p_c) = match &piece.kind {
                 Kind::Free => (y[2], heights[i], None),
-                Kind::Wall { .. } => {
-                    (std::f64::consts::FRAC_PI_2, heights[i], Some(piece.contact_pressure(&m, pressure)))
-                }
+                Kind::Wall { .. } => (std::f64::consts::FRAC_PI_2, heights[i], Some(pressed())),
                 Kind::Contact(face) => {
-                    let p_c = if m.rho0 > 0.0 { m.contact_pressure(pressure, 0.0) } else { pressure };
-                    (face.tangent(m.u()), apex.map_or(f64::NAN, |h| h.re) + face.drop(m.u()), Some(p_c))
+                    (face.tangent(m.u()), apex.map_or(f64::NAN, |h| h.re) + face.drop(m.u()), Some(pressed()))
                 }
             };
             rows.push(Row {

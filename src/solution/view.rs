@@ -96,6 +96,12 @@ impl<'a> View<'a> {
         piece.coordinate.at(x, a, b).0
     }
 
+    /// Axial position of the apex of the face under a piece; zero where it lies on none.
+    pub fn apex(&self, s: usize) -> Carried {
+        let body = self.model.bodies.iter().find(|body| body.pieces.contains(&s));
+        body.and_then(|body| self.value(&body.h)).unwrap_or(Carried::from(0.0))
+    }
+
     /// A reported quadrature of a piece.
     pub fn reported(&self, s: usize, q: usize) -> Carried {
         self.reported[s][q]

@@ -13,7 +13,7 @@ use crate::physics::membrane::Local;
 use crate::scalar::Scalar;
 
 /// What a load's formula may depend on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Variable {
     /// A global.
     Global(usize),
@@ -82,11 +82,6 @@ impl Load {
     /// The globals it depends on, in the order of its variables.
     pub fn globals(&self) -> impl Iterator<Item = usize> + '_ {
         self.variables.iter().filter_map(|v| if let Variable::Global(g) = v { Some(*g) } else { None })
-    }
-
-    /// True if the axial position matters.
-    pub fn needs_height(&self) -> bool {
-        self.variables.contains(&Variable::H)
     }
 
     /// The force per reference area, away from the axis and downwards; `globals` in the order of [`Load::globals`].

@@ -116,13 +116,19 @@ impl Piece {
         }
     }
 
-    /// True if h is one of its states.
+    /// True if h is one of its states: where loads act, which may depend on it and work along it.
     pub fn follows_height(&self) -> bool {
-        matches!(self.kind, Kind::Free) && self.loads.iter().any(|load| load.needs_height())
+        matches!(self.kind, Kind::Free) && (!self.loads.is_empty() || self.repulsion.is_some())
     }
 
-    /// Quadratures that are only reported: elastic energy, deformed area, and the axial force of each load.
+    /// Quadratures that are only reported: elastic energy, deformed area, the axial force of each load, and the axial force and the
+    /// energy of its own repulsion.
     pub fn reported(&self) -> usize {
+        2 + self.loads.len() + 2 * usize::from(self.repulsion.is_some())
+    }
+
+    /// The place of the axial force of its own repulsion among what is reported; the energy follows.
+    pub fn repulsion_at(&self) -> usize {
         2 + self.loads.len()
     }
 
@@ -255,9 +261,15 @@ impl Piece {
             let out = &mut out[states + coupled..];
             self.reported_flow(&m, measure, out);
             if let Some((_, _, axial)) = &loaded {
-                for (o, force) in out[2..].iter_mut().zip(axial) {
+                for (o, force) in out[2..].iter_mut().zip(axial).take(self.loads.len()) {
                     *o = m.rho0 * *force * measure * (2.0 * PI);
                 }
+            }
+            if let Some(repulsion) = &self.repulsion {
+                let [_, axial] = repulsion.rest::<S>(x);
+                let out = &mut out[self.repulsion_at()..];
+                out[0] = m.rho0 * axial * measure * (2.0 * PI);
+                out[1] = m.rho0 * measure * (2.0 * PI * repulsion.energy(x));
             }
         }
     }
@@ -280,10 +292,28 @@ impl Piece {
         (pull, push, axial)
     }
 
-    /// Contact pressure on a face at a state of the membrane, under the net pressure `p`.
-    pub fn contact_pressure<S: Scalar>(&self, m: &Local<S>, p: S) -> S {
-        // Along a face tau turns with the radius only; both faces so far are straight.
-        m.contact_pressure(p, S::from(0.0))
+    /// The membrane with what its own repulsion adds to its tensions, and the tangential and normal traction per reference area of
+    /// everything but pressure and that.
+    pub fn balance<S: Scalar>(&self, reference: &Sphere, law: &Law, x: f64, y: &[S], p: &[S]) -> (Local<S>, [S; 2]) {
+        let (a, b, rest) = self.ends(p);
+        let eta = self.coordinate.at(x, a, b).0;
+        let m = self.local(reference, law, eta, y);
+        let (t, n, _) = self.loaded(reference, eta, &m, y, rest);
+        match &self.repulsion {
+            None => (m, [t, n]),
+            Some(repulsion) => {
+                let [rt, rn] = along(&m, repulsion.rest(x));
+                (repulsion.added_to(&m), [t + rt, n + rn])
+            }
+        }
+    }
+
+    /// Contact pressure on the face that holds the piece, at a state of the membrane.
+    pub fn contact_pressure<S: Scalar>(&self, reference: &Sphere, law: &Law, x: f64, y: &[S], p: &[S]) -> S {
+        let (m, [_, push]) = self.balance(reference, law, x, y, p);
+        let net = self.pressure.net(self.ends(p).2) + push / (m.lambda * m.mu);
+        // Along a face tau turns with the radius only; the faces so far are straight, and flat at a pole.
+        if m.rho0.value() > 0.0 { m.contact_pressure(net, S::from(0.0)) } else { net }
     }
 
     /// (4) of the membrane, and pi u^2 dh.

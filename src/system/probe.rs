@@ -1,7 +1,8 @@
 //! Probes: the numbers of a system that formulas can ask for.
 
+use super::load::Variable;
 use super::{Coordinate, Kind, Piece, Place, System};
-use crate::physics::membrane::{Local, tip_drift};
+use crate::physics::membrane::tip_drift;
 use crate::scalar::Scalar;
 
 /// An end of a piece.
@@ -59,6 +60,8 @@ pub enum Probe {
     SweptVolume(usize),
     /// A reported quadrature of a piece, tail of a tip included. Not for conditions.
     Reported(usize, usize),
+    /// A field of the membrane where the formula is evaluated. For tractions only.
+    Here(Variable),
     /// Largest radius of all pieces. Not for conditions.
     LargestRadius,
     /// A limit at an element that is absent in this stage: it has no value.
@@ -70,7 +73,10 @@ pub enum Probe {
 impl Probe {
     /// True for numbers that conditions can be made of: those that depend on few slots.
     pub fn is_local(&self) -> bool {
-        !matches!(self, Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent)
+        !matches!(
+            self,
+            Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent | Probe::Here(_)
+        )
     }
 
     /// Adds the slots that it depends on.
@@ -101,7 +107,8 @@ impl Probe {
                 Probe::End(s, Side::Start, Field::U).slots(system, out);
                 Probe::End(s, Side::End, Field::U).slots(system, out);
             }
-            Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent => {}
+            Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent | Probe::Here(_) => {
+            }
         }
     }
 
@@ -126,7 +133,7 @@ impl Probe {
                     face.swept_volume(radius(Side::Start), radius(Side::End))
                 }
             },
-            Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent => {
+            Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent | Probe::Here(_) => {
                 unreachable!("only local probes have a value in slots")
             }
         }
@@ -146,19 +153,6 @@ pub(super) fn end_eta<S: Scalar>(system: &System, piece: &Piece, side: Side, slo
         (Side::Start, _) => eta(piece.from),
         (Side::End, _) => eta(piece.to),
     }
-}
-
-/// The membrane at an end of a piece; nothing at a pole, where rho0 = 0.
-pub(super) fn end_local<S: Scalar>(
-    system: &System,
-    s: usize,
-    side: Side,
-    slot: &impl Fn(usize) -> S,
-) -> Option<Local<S>> {
-    let piece = &system.pieces[s];
-    let y = end_states(system, s, side, slot);
-    let eta = end_eta(system, piece, side, slot)?;
-    Some(piece.local(&system.reference, &system.law, eta, &y[..piece.states()]))
 }
 
 fn end_states<S: Scalar>(system: &System, s: usize, side: Side, slot: &impl Fn(usize) -> S) -> [S; 4] {
@@ -199,11 +193,9 @@ fn end_field<S: Scalar>(system: &System, s: usize, side: Side, field: Field, slo
             _ => S::from(0.0),
         },
         Field::ContactPressure => {
-            let p = piece.pressure.value(&|g| slot(system.layout.global(g)));
-            match end_local(system, s, side, slot) {
-                Some(m) => m.contact_pressure(p, S::from(0.0)),
-                None => p, // a plane or a smooth apex: no curvature there
-            }
+            let p: Vec<S> = piece.parameters().iter().map(|&g| slot(system.layout.global(g))).collect();
+            let x = if side == Side::Start { 0.0 } else { 1.0 };
+            piece.contact_pressure(&system.reference, &system.law, x, &y[..piece.states()], &p)
         }
         Field::TipDrift => match &piece.kind {
             Kind::Contact(face) => tip_drift(&system.law, face.tip_inclination().cos(), lambda, mu),

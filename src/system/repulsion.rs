@@ -33,8 +33,8 @@ pub struct Rest {
     pub gauss: Arc<Gauss>,
     /// Mesh points on [0, 1].
     pub mesh: Vec<f64>,
-    /// Away from the axis and downwards, at each node.
-    pub values: Vec<[f64; 2]>,
+    /// Traction away from the axis and downwards, and the energy of the whole field per reference area, at each node.
+    pub values: Vec<[f64; 3]>,
 }
 
 impl Repulsion {
@@ -59,21 +59,26 @@ impl Repulsion {
 
     /// What the local energy misses at `x`, away from the axis and downwards.
     pub fn rest<S: Scalar>(&self, x: f64) -> [S; 2] {
-        self.rest.as_ref().map_or([0.0; 2], |rest| rest.at(x)).map(S::from)
+        let [radial, axial, _] = self.rest.as_ref().map_or([0.0; 3], |rest| rest.at(x));
+        [radial, axial].map(S::from)
+    }
+
+    /// Energy per reference area at `x`: half the potential of the rest of the membrane.
+    pub fn energy(&self, x: f64) -> f64 {
+        self.rest.as_ref().map_or(0.0, |rest| rest.at(x)[2])
     }
 }
 
 impl Rest {
     /// The value at `x`: of the polynomial through the nodes of its interval.
-    pub fn at(&self, x: f64) -> [f64; 2] {
+    pub fn at(&self, x: f64) -> [f64; 3] {
         let k = self.gauss.stages();
         let i = self.mesh.partition_point(|m| *m <= x).clamp(1, self.mesh.len() - 1) - 1;
         let theta = (x - self.mesh[i]) / (self.mesh[i + 1] - self.mesh[i]);
-        let mut out = [0.0; 2];
+        let mut out = [0.0; 3];
         for (l, value) in self.values[i * k..(i + 1) * k].iter().enumerate() {
             let weight = self.gauss.value(l, theta);
-            out[0] += weight * value[0];
-            out[1] += weight * value[1];
+            out.iter_mut().zip(value).for_each(|(o, v)| *o += weight * v);
         }
         out
     }
