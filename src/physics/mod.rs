@@ -11,4 +11,5 @@
 pub mod material;
 pub mod membrane;
 pub mod reference;
+pub mod screened;
 pub mod surface;

@@ -17,8 +17,8 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-/// Exponent of the accuracy of the trapezoidal sums: exp(-37) = 1e-16.
-const DIGITS: f64 = 37.0;
+/// Exponent of the accuracy of the trapezoidal sums: exp(-37) = 1e-16, and the double poles of the integrand at the strip's edge.
+const DIGITS: f64 = 44.0;
 /// Exponent beyond which sources do not count.
 const CUT: f64 = 40.0;
 /// Number of halvings of the step in t that are tabulated.

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 /// Power of the map x = v^POWER that takes a logarithm at x = 0 away.
-const POWER: i32 = 5;
+const POWER: i32 = 7;
 
 /// Legendre polynomials P_0 to P_{n-1} at y.
 fn legendre(n: usize, y: f64) -> Vec<f64> {
@@ -90,7 +90,7 @@ const SAFETY: f64 = 100.0;
 
 /// A rule for functions with a logarithm at 0, on functions that are known at the nodes of a Gauss rule.
 pub struct Mapped {
-    /// The Gauss rule in v whose images under x = v^5 are the nodes; its weights do not contain the derivative of the map.
+    /// The Gauss rule in v whose images under x = v^7 are the nodes; its weights do not contain the derivative of the map.
     pub rule: Rule,
     /// The nodes x.
     pub x: Vec<f64>,
@@ -119,7 +119,8 @@ impl Mapped {
                 }
             }
             for j in 0..m {
-                let row = |p: &[f64]| (0..m).map(|l| (2 * l + 1) as f64 * samples.w[j] * basis[j][l] * p[l]).sum::<f64>();
+                let row =
+                    |p: &[f64]| (0..m).map(|l| (2 * l + 1) as f64 * samples.w[j] * basis[j][l] * p[l]).sum::<f64>();
                 value.push(row(&here));
                 mean.push(row(&average));
             }

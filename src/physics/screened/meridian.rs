@@ -1,0 +1,291 @@
+//! The integral along the meridian: panels that grow with their distance from the target, and the principal value.
+//!
+//! On each side of a target on the surface, s the arc length from it, t the unit tangent pointing away, sigma the charge per
+//! area, the integrand begins with -2 sigma t/s. That much is subtracted on the first panel [0, h] and added as
+//! -2 sigma t ln(s_h); the terms -2 sigma t ln(eps) of the two sides cancel if tangent and charge density are continuous, which is
+//! the principal value with a gap that is symmetric in arc length, whatever the x of the two sides. What is left is a logarithm,
+//! integrated under the map s = h v^7.
+//!
+//! Normal components near the target are small remainders: x - x' is therefore not the difference of two positions but the
+//! integral of (du, dz) from the target on, with a relative rather than an absolute accuracy of machine precision.
+
+use std::f64::consts::PI;
+
+use super::ring::Kernel;
+use super::rules::{RULES, Rule, dot};
+use super::{Charged, Field, Ring};
+
+/// Accuracy asked of a panel, in units of the field of a sphere.
+const TOLERANCE: f64 = 1e-11;
+/// Part of the absolute integral below which no accuracy is asked, and the estimate of its rounding error.
+const ROUNDING: f64 = 1e-14;
+const NOISE: f64 = 1.5e-14;
+/// Least (d_a + d_b)/length of a panel with ends a and b: Bernstein ellipse of rate 3, and those of the rules with fewer nodes.
+const ROUND: [f64; 3] = [5.1, 2.4, 1.66];
+/// Greatest k times length of a panel, by rule.
+const DECAY: [f64; 3] = [2.0, 6.0, 18.0];
+/// k times length of the first panel.
+pub const FIRST: f64 = 2.0;
+/// Halvings of a panel after which it is taken as it is.
+const HALVINGS: usize = 60;
+
+/// A stretch of a piece, from the target outwards.
+#[derive(Clone, Copy, Debug)]
+pub struct Stretch {
+    /// Piece.
+    pub piece: usize,
+    /// Its x at the near end.
+    pub from: f64,
+    /// Its x at the far end.
+    pub to: f64,
+}
+
+/// What is known of the target and of the scale of its field.
+pub struct Scale {
+    /// Charge per area nearby.
+    pub density: f64,
+    /// Extent of the surface.
+    pub size: f64,
+    /// Factor upon 2 pi density that gives the field.
+    pub field: f64,
+}
+
+/// Sums over the panels: radial and axial field, potential.
+pub struct Walk<'a, C: Charged> {
+    curve: &'a C,
+    k: f64,
+    kernel: Kernel,
+    u: f64,
+    z: f64,
+    tolerance: [f64; 3],
+    sum: [f64; 3],
+    absolute: [f64; 3],
+    error: [f64; 3],
+    /// Position minus target, as long as it is integrated.
+    offset: Option<[f64; 2]>,
+    /// Differences as long as this or longer are taken from positions.
+    far: f64,
+    /// Arc length of the last panel.
+    last: f64,
+}
+
+fn speed(ring: &Ring) -> f64 {
+    ring.du.hypot(ring.dz)
+}
+
+/// Smooth up to the axis, and not sensitive to the rounding of x there.
+fn per_radius(ring: &Ring) -> f64 {
+    if ring.u > 0.0 { ring.charge / ring.u } else { 0.0 }
+}
+
+impl<'a, C: Charged> Walk<'a, C> {
+    /// A walk around the target (`u`, `z`) at the distance `nearest` from the charges.
+    pub fn new(curve: &'a C, k: f64, [u, z]: [f64; 2], nearest: f64, scale: &Scale) -> Self {
+        let field = TOLERANCE * 2.0 * PI * scale.density.abs() * scale.field;
+        Self {
+            curve,
+            k,
+            kernel: Kernel::new(k, nearest),
+            u,
+            z,
+            tolerance: [field, field, field / k],
+            sum: [0.0; 3],
+            absolute: [0.0; 3],
+            error: [0.0; 3],
+            offset: None,
+            far: 0.05 * scale.size,
+            last: f64::INFINITY,
+        }
+    }
+
+    /// Integrand per unit x at a ring at the offset (`du`, `dz`) from the target, of the charge `density` per x, radian, radius.
+    fn source(&self, density: f64, [du, dz]: [f64; 2]) -> [f64; 3] {
+        let radius = (self.u + du).max(0.0);
+        let charge = density * radius;
+        let angle = self.kernel.angle(4.0 * self.u * radius, du.hypot(dz));
+        [charge * (radius * angle.j3s - du * angle.j3), -charge * dz * angle.j3, charge * angle.j1]
+    }
+
+    /// Takes a panel into the sums if it is accurate enough, or if it must.
+    fn take(&mut self, rule: &Rule, length: f64, values: [&[f64]; 3], must: bool) -> bool {
+        let mut found = [[0.0; 3]; 3];
+        for c in 0..3 {
+            let (sum, error) = rule.integral(values[c]);
+            let size: f64 = rule.w.iter().zip(values[c]).map(|(w, f)| w * f.abs()).sum();
+            found[c] = [length * sum, length * error, length * size];
+        }
+        // the two components of the field are one vector
+        let size = found[0][2] + found[1][2];
+        let allowed = [size, size, found[2][2]];
+        if !must && (0..3).any(|c| !(found[c][1] <= self.tolerance[c] + ROUNDING * allowed[c])) {
+            return false;
+        }
+        for c in 0..3 {
+            self.sum[c] += found[c][0];
+            self.error[c] += found[c][1];
+            self.absolute[c] += found[c][2];
+        }
+        true
+    }
+
+    /// One side of a target on the surface at the near end of the first stretch; returns -2 sigma t.
+    pub fn side(&mut self, stretches: &[Stretch], reach: f64, density: f64) -> [f64; 2] {
+        let Some(first) = stretches.first() else { return [0.0; 2] };
+        let start = self.curve.at(first.piece, first.from);
+        let g = speed(&start);
+        let sign = (first.to - first.from).signum();
+        let pole = [start.du, start.dz].map(|d| -2.0 * density * sign * d / g);
+        let whole = (first.to - first.from).abs();
+        let mut h = (reach / g).min(whole);
+        if h > 0.7 * whole {
+            h = whole;
+        }
+        self.offset = Some([0.0; 2]);
+        let mut halvings = 0;
+        while !self.start(first, sign * h, pole, halvings >= HALVINGS) {
+            h *= 0.5;
+            halvings += 1;
+        }
+        if h < whole {
+            self.stretch(&Stretch { from: first.from + sign * h, ..*first }, 2.0);
+        }
+        for stretch in &stretches[1..] {
+            self.stretch(stretch, 3.0);
+        }
+        pole
+    }
+
+    /// The panel at the target, of signed length `step` in x.
+    fn start(&mut self, at: &Stretch, step: f64, pole: [f64; 2], must: bool) -> bool {
+        let (samples, mapped) = (&RULES.plain[2], &RULES.mapped);
+        let (n, m, length, sign) = (mapped.x.len(), samples.x.len(), step.abs(), step.signum());
+        let mut known = [[0.0; 16]; 4];
+        for (i, x) in samples.x.iter().enumerate() {
+            let r = self.curve.at(at.piece, at.from + step * x);
+            (known[0][i], known[1][i], known[2][i], known[3][i]) =
+                (sign * r.du, sign * r.dz, per_radius(&r), speed(&r));
+        }
+        let mut values = [[0.0; 24]; 3];
+        for i in 0..n {
+            let (value, mean) = (&mapped.value[i * m..(i + 1) * m], &mapped.mean[i * m..(i + 1) * m]);
+            let xi = length * mapped.x[i];
+            let f = self.source(dot(value, &known[2]), [xi * dot(mean, &known[0]), xi * dot(mean, &known[1])]);
+            let ratio = dot(value, &known[3]) / (xi * dot(mean, &known[3]));
+            for c in 0..3 {
+                let singular = if c < 2 { pole[c] * ratio } else { 0.0 };
+                values[c][i] = (f[c] - singular) * mapped.slope[i];
+            }
+        }
+        let [a, b, c] = &values;
+        if !self.take(&mapped.rule, length, [a, b, c], must) {
+            return false;
+        }
+        let along = |f: &[f64; 16]| length * dot(&samples.w, f);
+        self.last = along(&known[3]);
+        let log = (self.k * self.last).ln();
+        for c in 0..2 {
+            self.sum[c] += pole[c] * log;
+            self.absolute[c] += pole[c].abs() * (1.0 + log.abs());
+        }
+        self.offset = Some([along(&known[0]), along(&known[1])]);
+        true
+    }
+
+    /// All panels of a stretch away from the target, the first one `growth` times as long as the last panel.
+    pub fn stretch(&mut self, stretch: &Stretch, growth: f64) {
+        let sign = (stretch.to - stretch.from).signum();
+        let (mut at, mut ring) = (stretch.from, self.curve.at(stretch.piece, stretch.from));
+        let mut step = growth * self.last / speed(&ring);
+        while at != stretch.to {
+            let rest = (stretch.to - at).abs();
+            if !(1.4 * step < rest) {
+                step = rest;
+            }
+            let mut halvings = 0;
+            let (end, next) = loop {
+                let end = if step < rest { at + sign * step } else { stretch.to };
+                let next = self.curve.at(stretch.piece, end);
+                if self.panel(stretch.piece, [at, end], [&ring, &next], halvings >= HALVINGS) {
+                    break (end, next);
+                }
+                step *= 0.5;
+                halvings += 1;
+            };
+            (at, ring) = (end, next);
+            step *= 3.0;
+        }
+    }
+
+    /// Takes the panel between two values of x if it is short enough for its distance.
+    fn panel(&mut self, piece: usize, [from, to]: [f64; 2], [start, end]: [&Ring; 2], must: bool) -> bool {
+        let step = to - from;
+        let middle = self.curve.at(piece, from + 0.5 * step);
+        let away = |r: &Ring| (r.u - self.u).hypot(r.z - self.z);
+        let chord = |a: &Ring, b: &Ring| (a.u - b.u).hypot(a.z - b.z);
+        let ends = match self.offset {
+            Some([du, dz]) => du.hypot(dz),
+            None => away(start),
+        } + away(end);
+        let length = (chord(start, &middle) + chord(&middle, end))
+            .max(step.abs() * (speed(start) + 4.0 * speed(&middle) + speed(end)) / 6.0);
+        if self.k * 0.5 * (ends - 1.1 * length) > self.kernel.budget {
+            self.offset = None;
+            self.last = length;
+            return true;
+        }
+        let fits = |i: usize| ends >= ROUND[i] * length && self.k * length <= DECAY[i];
+        let Some(first) = (0..3).find(|&i| fits(i)).or(must.then_some(2)) else { return false };
+        (first..3).any(|i| self.gauss(&RULES.plain[i], piece, [from, to], must && i == 2))
+    }
+
+    fn gauss(&mut self, rule: &Rule, piece: usize, [from, to]: [f64; 2], must: bool) -> bool {
+        let (step, n) = (to - from, rule.x.len());
+        let (length, sign) = (step.abs(), step.signum());
+        let mut rings = [Ring::default(); 16];
+        let mut slopes = [[0.0; 16]; 2];
+        for (i, x) in rule.x.iter().enumerate() {
+            rings[i] = self.curve.at(piece, from + step * x);
+            (slopes[0][i], slopes[1][i]) = (sign * rings[i].du, sign * rings[i].dz);
+        }
+        let mut values = [[0.0; 16]; 3];
+        for i in 0..n {
+            let offset = match self.offset {
+                Some(base) => {
+                    let row = &rule.upto[i * n..(i + 1) * n];
+                    [0, 1].map(|c| base[c] + length * dot(row, &slopes[c][..n]))
+                }
+                None => [rings[i].u - self.u, rings[i].z - self.z],
+            };
+            let f = self.source(per_radius(&rings[i]), offset);
+            for c in 0..3 {
+                values[c][i] = f[c];
+            }
+        }
+        if !self.take(rule, length, [&values[0][..n], &values[1][..n], &values[2][..n]], must) {
+            return false;
+        }
+        self.last = length * (0..n).map(|i| rule.w[i] * speed(&rings[i])).sum::<f64>();
+        if let Some(base) = &mut self.offset {
+            for c in 0..2 {
+                base[c] += length * dot(&rule.w, &slopes[c][..n]);
+            }
+            if base[0].hypot(base[1]) > self.far {
+                self.offset = None;
+            }
+        }
+        true
+    }
+
+    /// The sums; `missing` is an error from elsewhere, `noise` the relative error of the differences.
+    pub fn field(&self, missing: f64, noise: f64) -> Field {
+        let size = self.absolute[0] + self.absolute[1];
+        let error = self.error[0].max(self.error[1]) + (NOISE + noise) * size;
+        let potential = self.error[2] + NOISE * self.absolute[2];
+        Field {
+            radial: self.sum[0],
+            axial: self.sum[1],
+            potential: self.sum[2],
+            error: error.max(self.k * potential) + missing,
+        }
+    }
+}

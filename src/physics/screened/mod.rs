@@ -1,0 +1,238 @@
+//! Field and potential of a charged surface of revolution with screened Coulomb (Yukawa) interaction.
+//!
+//! With l = |x - x'| and the charge dq' of the surface elements,
+//!
+//!   E(x) = PV int (1 + k l) exp(-k l)/l^3 (x - x') dq',   Phi(x) = int exp(-k l)/l dq'.
+//!
+//! Units: lengths in any unit, the decay rate `k` in its inverse, charges in any unit; E is a charge per length squared, Phi a
+//! charge per length (multiply by 1/(4 pi eps0 eps) for SI units). On a sphere of radius r with sigma per area, x = k r,
+//!
+//!   E_n = 2 pi sigma/x (1 - (1 + x) exp(-2 x)),   Phi = 2 pi sigma r/x (1 - exp(-2 x)).
+//!
+//! On the surface E is the principal value, the mean of the values on both sides, which differ by 4 pi sigma n. For k much larger
+//! than the curvature it is a remainder of order curvature/k of parts of order one that cancel.
+//!
+//! Limits: the meridian must have a continuous tangent and a continuous charge per area (else the principal value does not exist;
+//! the error then contains the jump) and du/dx, dz/dx must not both vanish at a target. Sheets closer to each other than 1e-7 of
+//! the extent lose digits, and the error says so.
+
+mod meridian;
+mod ring;
+mod rules;
+#[cfg(test)]
+mod tests;
+
+use meridian::{Scale, Stretch, Walk};
+
+/// One ring of the surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ring {
+    /// Radius.
+    pub u: f64,
+    /// Axial position, upwards as the axial field.
+    pub z: f64,
+    /// Derivative of the radius by x.
+    pub du: f64,
+    /// Derivative of the axial position by x.
+    pub dz: f64,
+    /// Charge per unit x and radian.
+    pub charge: f64,
+}
+
+/// A charged surface of revolution: pieces that follow each other along the meridian from axis to axis, each with its own x in
+/// [0, 1].
+pub trait Charged {
+    /// Number of pieces.
+    fn pieces(&self) -> usize;
+    /// Where the representation of a piece (a piecewise polynomial) changes, 0 and 1 included, ascending.
+    fn breaks(&self, piece: usize) -> &[f64];
+    /// The ring at `x` of a piece.
+    fn at(&self, piece: usize, x: f64) -> Ring;
+}
+
+/// Field and potential at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Field {
+    /// Radial component of E.
+    pub radial: f64,
+    /// Axial component of E.
+    pub axial: f64,
+    /// Phi.
+    pub potential: f64,
+    /// Estimate from above of the errors of both components of E; error/k is one for the potential.
+    pub error: f64,
+}
+
+/// Distance from a break, and k times distance from the axis, below which a target is moved there.
+const SNAP: f64 = 1e-15;
+const AXIS: f64 = 1e-11;
+/// k times distance from the axis below which the field is interpolated, since rounded radii spoil it.
+const POLAR: f64 = 0.02;
+
+/// All stretches between breaks, in the order of the meridian.
+fn stretches(curve: &impl Charged) -> Vec<Stretch> {
+    let mut all = Vec::new();
+    for piece in 0..curve.pieces() {
+        let pairs = curve.breaks(piece).windows(2).filter(|w| w[0] < w[1]);
+        all.extend(pairs.map(|w| Stretch { piece, from: w[0], to: w[1] }));
+    }
+    all
+}
+
+/// Extent of a meridian.
+fn extent(curve: &impl Charged, all: &[Stretch]) -> f64 {
+    let (mut low, mut high, mut wide) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+    for stretch in all {
+        let ring = curve.at(stretch.piece, stretch.from);
+        (low, high, wide) = (low.min(ring.z), high.max(ring.z), wide.max(ring.u));
+    }
+    if let Some(last) = all.last() {
+        let ring = curve.at(last.piece, last.to);
+        (low, high, wide) = (low.min(ring.z), high.max(ring.z), wide.max(ring.u));
+    }
+    wide.max(0.5 * (high - low))
+}
+
+fn density(ring: &Ring) -> f64 {
+    let area = ring.u * ring.du.hypot(ring.dz);
+    if area > 0.0 { ring.charge / area } else { 0.0 }
+}
+
+/// Field at the point `x` of a piece of the surface, as a principal value.
+pub fn on_surface(curve: &impl Charged, k: f64, piece: usize, x: f64) -> Field {
+    let all = stretches(curve);
+    let size = extent(curve, &all);
+    let rate = k.max(1.0 / size);
+    let u = curve.at(piece, x).u;
+    if u * rate < AXIS || u * rate > POLAR {
+        return principal(curve, k, (piece, x), &all, size);
+    }
+    // near the pole: even and odd polynomials in u through the axis and two other points
+    let end = x.round();
+    let axis = curve.at(piece, end);
+    let step = (0.5 - end).signum() * POLAR / rate / axis.du.hypot(axis.dz);
+    if !(2.0 * step.abs() < 0.5) {
+        return principal(curve, k, (piece, x), &all, size);
+    }
+    let points = [end, end + step, end + 2.0 * step];
+    let [u1, u2] = [points[1], points[2]].map(|x| curve.at(piece, x).u);
+    let [f0, f1, f2] = points.map(|x| principal(curve, k, (piece, x), &all, size));
+    let (s, s1, s2) = (u * u, u1 * u1, u2 * u2);
+    let blend = |a: f64, b: f64| (a * (s2 - s) + b * (s - s1)) / (s2 - s1);
+    let even = |f: fn(&Field) -> f64| f(&f0) + s * blend((f(&f1) - f(&f0)) / s1, (f(&f2) - f(&f0)) / s2);
+    Field {
+        radial: u * blend(f1.radial / u1, f2.radial / u2),
+        axial: even(|f| f.axial),
+        potential: even(|f| f.potential),
+        error: f0.error + (u / u1).min(1.0) * f1.error.max(f2.error) + 0.05 * POLAR.powi(5) * f0.axial.abs(),
+    }
+}
+
+/// Field at the place (piece, x) from the sources themselves.
+fn principal(curve: &impl Charged, k: f64, (piece, x): (usize, f64), all: &[Stretch], size: f64) -> Field {
+    let mut here = curve.at(piece, x);
+    // stretches before and after the target, from it outwards
+    let (mut before, mut after): (Vec<_>, Vec<_>) = (Vec::new(), Vec::new());
+    for s in all {
+        if s.piece < piece || (s.piece == piece && s.to <= x + SNAP) {
+            before.push(Stretch { from: s.to, to: s.from, ..*s });
+        } else if s.piece > piece || s.from >= x - SNAP {
+            after.push(*s);
+        } else {
+            before.push(Stretch { from: x, to: s.from, ..*s });
+            after.push(Stretch { from: x, ..*s });
+        }
+    }
+    before.reverse();
+    let axis = here.u * k.max(1.0 / size) < AXIS;
+    if axis {
+        // the target is the pole: one side only
+        if x < 0.5 {
+            if let Some(s) = after.first_mut().filter(|_| !before.is_empty()) {
+                s.from = 0.0;
+            }
+            before.clear();
+        } else {
+            if let Some(s) = before.first_mut().filter(|_| !after.is_empty()) {
+                s.from = 1.0;
+            }
+            after.clear();
+        }
+    }
+    let shift = if axis { here.u } else { 0.0 };
+    if axis {
+        here = Ring { u: 0.0, ..curve.at(piece, x.round()) };
+    }
+    let own = |side: &[Stretch]| side.first().map(|s| density(&curve.at(s.piece, s.from)));
+    let local = if axis {
+        let side = if before.is_empty() { &after } else { &before };
+        side.first().map_or(0.0, |s| density(&curve.at(s.piece, 0.5 * (s.from + s.to))))
+    } else {
+        density(&here)
+    };
+    let scale = Scale { density: local, size, field: (1.0 / (k * size)).min(1.0) };
+    let mut walk = Walk::new(curve, k, [here.u, here.z], 0.0, &scale);
+    let reach = (meridian::FIRST / k).min(0.5 * size).min(if axis { f64::INFINITY } else { 0.7 * here.u });
+    let mut jump = [0.0; 2];
+    for side in [&before, &after] {
+        let charge = if axis { 0.0 } else { own(side).unwrap_or(0.0) };
+        let pole = walk.side(side, reach, charge);
+        jump = [jump[0] + pole[0], jump[1] + pole[1]];
+    }
+    let rounding = DIGITS + if axis { 0.0 } else { 0.5 * f64::EPSILON * size / here.u };
+    let mut field = walk.field(JUMP * jump[0].hypot(jump[1]) + rounding * local.abs(), 0.0);
+    field.error += 2.0 * shift * k.max(1.0 / size) * field.axial.abs();
+    field
+}
+
+/// Error per jump of 2 sigma t.
+const JUMP: f64 = 5.0;
+/// Rounding error per charge density at the target, to which a radius that is rounded adds.
+const DIGITS: f64 = 2.5e-13;
+
+/// Field at a point off the surface, which may be as near to it as 1e-4 of its extent and nearer.
+pub fn near(curve: &impl Charged, k: f64, u: f64, z: f64) -> Field {
+    let all = stretches(curve);
+    let size = extent(curve, &all);
+    let (nearest, ring) = nearest(curve, &all, [u, z]);
+    let scale = Scale { density: density(&ring), size, field: (-k * nearest).exp() };
+    let mut walk = Walk::new(curve, k, [u, z], nearest, &scale);
+    for stretch in &all {
+        walk.stretch(stretch, f64::INFINITY);
+    }
+    walk.field(0.0, f64::EPSILON * size / nearest)
+}
+
+/// Distance of a point from the meridian, and the ring there (both approximate, the distance from above).
+fn nearest(curve: &impl Charged, all: &[Stretch], [u, z]: [f64; 2]) -> (f64, Ring) {
+    const POINTS: usize = 8;
+    let distance = |s: &Stretch, x: f64| {
+        let ring = curve.at(s.piece, x);
+        ((ring.u - u).hypot(ring.z - z), ring)
+    };
+    let mut best = (f64::INFINITY, Ring::default());
+    let mut place = None;
+    for s in all {
+        for i in 0..POINTS {
+            let x = s.from + (s.to - s.from) * (i as f64 + 0.5) / POINTS as f64;
+            let found = distance(s, x);
+            if found.0 < best.0 {
+                (best, place) = (found, Some((s, x)));
+            }
+        }
+    }
+    if let Some((s, mut x)) = place {
+        let mut width = (s.to - s.from) / POINTS as f64;
+        for _ in 0..50 {
+            for trial in [x - width, x + width] {
+                let trial = trial.clamp(s.from, s.to);
+                let found = distance(s, trial);
+                if found.0 < best.0 {
+                    (best, x) = (found, trial);
+                }
+            }
+            width *= 0.6;
+        }
+    }
+    best
+}
