@@ -55,9 +55,19 @@ impl Tracer {
                         self.entered = false;
                         return Err(Stop::Turned);
                     }
-                    let passed = (self.value(&next) - c) * toward >= 0.0;
-                    if passed {
-                        return Ok(());
+                    if (self.value(&next) - c) * toward >= 0.0 {
+                        // Between two states: from there the value itself is found, or the way to it is cut shorter.
+                        let kept = std::mem::replace(&mut self.history, vec![s, next]);
+                        let landed = self.at(c);
+                        self.history = kept;
+                        match landed {
+                            Ok(solution) => return self.accept(solution, watch),
+                            Err(failed) if ds * 0.3 < least => return Err(Stop::Halt(failed)),
+                            Err(_) => {
+                                ds *= 0.3;
+                                continue;
+                            }
+                        }
                     }
                     self.accept(next, watch)?;
                     if !Arc::ptr_eq(&model, &self.model) {
