@@ -17,6 +17,8 @@ use super::{Charged, Field, Ring};
 
 /// Accuracy asked of a panel, in units of the field of a sphere.
 const TOLERANCE: f64 = 1e-11;
+/// Factor upon the accuracy asked of k times the potential, which is larger than the field.
+const POTENTIAL: f64 = 10.0;
 /// Part of the absolute integral below which no accuracy is asked, and the estimate of its rounding error.
 const ROUNDING: f64 = 1e-14;
 const NOISE: f64 = 1.5e-14;
@@ -25,9 +27,12 @@ const ROUND: [f64; 3] = [5.1, 2.4, 1.66];
 /// Greatest k times length of a panel, by rule.
 const DECAY: [f64; 3] = [2.0, 6.0, 18.0];
 /// k times length of the first panel.
-pub const FIRST: f64 = 2.0;
-/// Halvings of a panel after which it is taken as it is.
-const HALVINGS: usize = 60;
+pub const FIRST: f64 = 1.5;
+/// Halvings of a panel, and panels refused around a target, after which panels are taken as they are.
+const HALVINGS: usize = 50;
+const REFUSED: usize = 600;
+/// Least length in x of a panel; one that is not longer is taken as it is.
+const SHORTEST: f64 = 1e-15;
 
 /// A stretch of a piece, from the target outwards.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +72,8 @@ pub struct Walk<'a, C: Charged> {
     far: f64,
     /// Arc length of the last panel.
     last: f64,
+    /// Panels refused.
+    refused: usize,
 }
 
 fn speed(ring: &Ring) -> f64 {
@@ -81,20 +88,21 @@ fn per_radius(ring: &Ring) -> f64 {
 impl<'a, C: Charged> Walk<'a, C> {
     /// A walk around the target (`u`, `z`) at the distance `nearest` from the charges.
     pub fn new(curve: &'a C, k: f64, [u, z]: [f64; 2], nearest: f64, scale: &Scale) -> Self {
-        let field = TOLERANCE * 2.0 * PI * scale.density.abs() * scale.field;
+        let field = (TOLERANCE * scale.field + ROUNDING) * 2.0 * PI * scale.density.abs();
         Self {
             curve,
             k,
             kernel: Kernel::new(k, nearest),
             u,
             z,
-            tolerance: [field, field, field / k],
+            tolerance: [field, field, POTENTIAL * field / k],
             sum: [0.0; 3],
             absolute: [0.0; 3],
             error: [0.0; 3],
             offset: None,
             far: 0.05 * scale.size,
             last: f64::INFINITY,
+            refused: 0,
         }
     }
 
@@ -103,7 +111,8 @@ impl<'a, C: Charged> Walk<'a, C> {
         let radius = (self.u + du).max(0.0);
         let charge = density * radius;
         let angle = self.kernel.angle(4.0 * self.u * radius, du.hypot(dz));
-        [charge * (radius * angle.j3s - du * angle.j3), -charge * dz * angle.j3, charge * angle.j1]
+        let radial = if self.u > 0.0 { charge * (radius * angle.j3s - du * angle.j3) } else { 0.0 };
+        [radial, -charge * dz * angle.j3, charge * angle.j1]
     }
 
     /// Takes a panel into the sums if it is accurate enough, or if it must.
@@ -142,8 +151,9 @@ impl<'a, C: Charged> Walk<'a, C> {
         }
         self.offset = Some([0.0; 2]);
         let mut halvings = 0;
-        while !self.start(first, sign * h, pole, halvings >= HALVINGS) {
+        while !self.start(first, sign * h, pole, halvings >= HALVINGS || self.refused > REFUSED) {
             h *= 0.5;
+            self.refused += 1;
             halvings += 1;
         }
         if h < whole {
@@ -198,6 +208,7 @@ impl<'a, C: Charged> Walk<'a, C> {
         let mut step = growth * self.last / speed(&ring);
         while at != stretch.to {
             let rest = (stretch.to - at).abs();
+            step = step.max(SHORTEST);
             if !(1.4 * step < rest) {
                 step = rest;
             }
@@ -205,9 +216,11 @@ impl<'a, C: Charged> Walk<'a, C> {
             let (end, next) = loop {
                 let end = if step < rest { at + sign * step } else { stretch.to };
                 let next = self.curve.at(stretch.piece, end);
-                if self.panel(stretch.piece, [at, end], [&ring, &next], halvings >= HALVINGS) {
+                let must = halvings >= HALVINGS || self.refused > REFUSED || step < SHORTEST;
+                if self.panel(stretch.piece, [at, end], [&ring, &next], must) {
                     break (end, next);
                 }
+                self.refused += 1;
                 step *= 0.5;
                 halvings += 1;
             };

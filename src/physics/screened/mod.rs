@@ -13,14 +13,17 @@
 //! than the curvature it is a remainder of order curvature/k of parts of order one that cancel.
 //!
 //! Limits: the meridian must have a continuous tangent and a continuous charge per area (else the principal value does not exist;
-//! the error then contains the jump) and du/dx, dz/dx must not both vanish at a target. Sheets closer to each other than 1e-7 of
-//! the extent lose digits, and the error says so.
+//! the error then contains a jump at the target) and du/dx, dz/dx must not both vanish at a target. Sheets closer to each other than 1e-7 of
+//! the extent lose digits, and the error says so. The error is that of the integral over the surface as it is given: a slope that
+//! jumps by delta at a break moves E there by about 2 sigma delta ln(1/(k s)), s the distance of the break, and does not show.
 
 mod meridian;
 mod ring;
 mod rules;
 #[cfg(test)]
 mod tests;
+
+use std::f64::consts::PI;
 
 use meridian::{Scale, Stretch, Walk};
 
@@ -174,6 +177,10 @@ fn principal(curve: &impl Charged, k: f64, (piece, x): (usize, f64), all: &[Stre
     let mut walk = Walk::new(curve, k, [here.u, here.z], 0.0, &scale);
     let reach = (meridian::FIRST / k).min(0.5 * size).min(if axis { f64::INFINITY } else { 0.7 * here.u });
     let mut jump = [0.0; 2];
+    if axis {
+        // a meridian that is not level at the axis is a cone
+        jump[1] = PI * local * here.dz / here.du.hypot(here.dz);
+    }
     for side in [&before, &after] {
         let charge = if axis { 0.0 } else { own(side).unwrap_or(0.0) };
         let pole = walk.side(side, reach, charge);
@@ -188,7 +195,7 @@ fn principal(curve: &impl Charged, k: f64, (piece, x): (usize, f64), all: &[Stre
 /// Error per jump of 2 sigma t.
 const JUMP: f64 = 5.0;
 /// Rounding error per charge density at the target, to which a radius that is rounded adds.
-const DIGITS: f64 = 2.5e-13;
+const DIGITS: f64 = 1e-12;
 
 /// Field at a point off the surface, which may be as near to it as 1e-4 of its extent and nearer.
 pub fn near(curve: &impl Charged, k: f64, u: f64, z: f64) -> Field {
@@ -200,7 +207,7 @@ pub fn near(curve: &impl Charged, k: f64, u: f64, z: f64) -> Field {
     for stretch in &all {
         walk.stretch(stretch, f64::INFINITY);
     }
-    walk.field(0.0, f64::EPSILON * size / nearest)
+    walk.field(0.0, f64::EPSILON * (size / nearest + 2.0 * k * (size + nearest)))
 }
 
 /// Distance of a point from the meridian, and the ring there (both approximate, the distance from above).

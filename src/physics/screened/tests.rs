@@ -150,7 +150,7 @@ fn spheres_have_the_closed_form() {
                     assert!(miss < 1e-9 * normal && other < 1e-9, "{kr} {x} {miss:e}");
                     assert!(miss < f.error && other < f.error, "{kr} {x} {miss:e} {other:e} {f:?}");
                     // a radius has absolute accuracy only: the estimate grows towards the pole
-                    assert!(f.error < 1e-9 * normal + 2e-16 / ring.u, "{kr} {x} {f:?}");
+                    assert!(f.error < 2e-9 * normal + 2e-16 / ring.u, "{kr} {x} {f:?}");
                 }
             }
         }
@@ -189,5 +189,152 @@ fn joints_are_tangent() {
             assert!((a.u - b.u).hypot(a.z - b.z) < 1e-15);
             assert!((a.du / g - b.du / h).hypot(a.dz / g - b.dz / h) < 1e-14 && (g / h - 1.0).abs() > 0.1);
         }
+    }
+}
+
+/// Panels of [from, to] graded towards `from`, the first of length `first`.
+fn graded(from: f64, to: f64, first: f64) -> Vec<[f64; 2]> {
+    let (mut panels, mut at, mut step) = (Vec::new(), from, first);
+    while (to - at) * (to - from) > 0.0 {
+        let end = if 1.5 * step < (to - at).abs() { at + step * (to - from).signum() } else { to };
+        panels.push([at, end]);
+        (at, step) = (end, step.max((end - from).abs()));
+    }
+    panels
+}
+
+/// Gauss sum over panels.
+fn sum<const N: usize>(panels: &[[f64; 2]], mut f: impl FnMut(f64) -> [f64; N]) -> [f64; N] {
+    let rule = &rules::RULES.plain[2];
+    let mut total = [0.0; N];
+    for [a, b] in panels {
+        for (x, w) in rule.x.iter().zip(&rule.w) {
+            let value = f(a + (b - a) * x);
+            for c in 0..N {
+                total[c] += w * (b - a).abs() * value[c];
+            }
+        }
+    }
+    total
+}
+
+/// Radial and axial field and potential at (`u`, `z`) by brute force, from panels of the pieces and of the angle.
+fn brute(shape: &Shape, k: f64, [u, z]: [f64; 2], panels: &[(usize, Vec<[f64; 2]>)], smallest: f64) -> [f64; 3] {
+    let turn = graded(0.0, PI, smallest);
+    let mut total = [0.0; 3];
+    for (piece, panels) in panels {
+        let part = sum(panels, |x| {
+            let r = shape.at(*piece, x);
+            sum(&turn, |theta| {
+                let half = (0.5 * theta).sin();
+                let l = ((u - r.u).powi(2) + (z - r.z).powi(2) + 4.0 * u * r.u * half * half).sqrt();
+                let force = 2.0 * r.charge * (1.0 + k * l) * (-k * l).exp() / (l * l * l);
+                let across = u - r.u + 2.0 * r.u * half * half;
+                [force * across, force * (z - r.z), 2.0 * r.charge * (-k * l).exp() / l]
+            })
+        });
+        for c in 0..3 {
+            total[c] += part[c];
+        }
+    }
+    total
+}
+
+#[test]
+fn points_off_the_surface_agree_with_brute_force() {
+    let (shape, k) = (pear(4), 100.0);
+    for (piece, x) in [(0, 0.3), (1, 0.02), (2, 0.5)] {
+        let r = shape.at(piece, x);
+        let g = r.du.hypot(r.dz);
+        for distance in [0.002, -0.002, 0.05] {
+            let (u, z) = (r.u - distance * r.dz / g, r.z + distance * r.du / g);
+            let mut panels = vec![(piece, graded(x, 1.0, 3e-4)), (piece, graded(x, 0.0, 3e-4))];
+            panels.extend((0..3).filter(|p| *p != piece).map(|p| {
+                let (from, to) = if p < piece { (1.0, 0.0) } else { (0.0, 1.0) };
+                (p, graded(from, to, 1e-2))
+            }));
+            let exact = brute(&shape, k, [u, z], &panels, 1e-3);
+            let f = near(&shape, k, u, z);
+            let miss = (f.radial - exact[0]).hypot(f.axial - exact[1]);
+            println!("{piece} {distance}: {miss:.1e} {:.1e}", f.error);
+            assert!(miss < 1e-10 && (f.potential - exact[2]).abs() * k < 1e-10, "{f:?} {exact:?}");
+            assert!(miss < f.error + 1e-13 && f.error < 1e-9, "{miss:e} {f:?}");
+        }
+    }
+}
+
+/// Spheres: inside and outside, at all distances, also near the axis.
+#[test]
+fn points_off_a_sphere_have_the_closed_form() {
+    let r = 1.2;
+    for k in [1.0, 30.0, 1000.0] {
+        let shape = sphere(r, 20);
+        for distance in [1e-4_f64, -1e-4, 1e-3, -0.01, 0.3] {
+            let a: f64 = r + distance;
+            for angle in [0.0, 1e-6, 0.02, 1.3] {
+                let f = near(&shape, k, a * f64::sin(angle), a * f64::cos(angle));
+                // Phi = 4 pi sigma r sinh(k min) exp(-k max)/(k a), without overflow
+                let (low, high) = (r.min(a), r.max(a));
+                let factor = 2.0 * PI * r / (k * a);
+                let (plus, minus) = ((k * (low - high)).exp(), (-k * (low + high)).exp());
+                let potential = factor * (plus - minus);
+                let slope = if a > r { -k * (plus - minus) } else { k * (plus + minus) };
+                let normal = potential / a - factor * slope;
+                let miss = (f.radial - normal * angle.sin()).hypot(f.axial - normal * angle.cos());
+                println!("{k} {distance} {angle}: {miss:.1e} {:.1e} {:.1e}", (f.potential - potential) * k, f.error);
+                assert!(miss < 1e-10 && (f.potential - potential).abs() * k < 1e-10, "{k} {distance} {angle} {miss:e}");
+                assert!(miss <= f.error && f.error < 1e-9, "{k} {distance} {angle} {miss:e} {f:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn joints_need_the_gap_symmetric_in_arc_length() {
+    let (shape, k, gap) = (disc(1), 100.0, 1e-8);
+    let most = largest(&shape, k);
+    let (left, right) = (on_surface(&shape, k, 0, 1.0), on_surface(&shape, k, 1, 0.0));
+    assert!((left.radial - right.radial).hypot(left.axial - right.axial) < 1e-10 * most);
+    let r = shape.at(0, 1.0);
+    let speeds = [0, 1].map(|p| {
+        let r = shape.at(p, 1.0 - p as f64);
+        r.du.hypot(r.dz)
+    });
+    let by_brute = |gaps: [f64; 2]| {
+        let panels =
+            [(0, graded(1.0 - gaps[0], 0.0, gaps[0])), (1, graded(gaps[1], 1.0, gaps[1])), (2, graded(0.0, 1.0, 0.1))];
+        let e = brute(&shape, k, [r.u, r.z], &panels, 0.3 * gap);
+        (e[0] - left.radial).hypot(e[1] - left.axial) / most
+    };
+    let (paired, unpaired) = (by_brute([gap / speeds[0], gap / speeds[1]]), by_brute([gap, gap]));
+    println!("{paired:e} {unpaired:e}");
+    assert!(paired < 1e-5 && unpaired > 0.05);
+    // next to the joint the field is continuous, but for s ln s times the jump of curvature
+    for away in [1e-14, 1e-12, 1e-10] {
+        for f in [on_surface(&shape, k, 0, 1.0 - away), on_surface(&shape, k, 1, away)] {
+            let change = (f.radial - left.radial).hypot(f.axial - left.axial) / most;
+            println!("{away:e} {change:e} {:e}", f.error / most);
+            assert!(change < 1e-9 + 5e3 * away);
+            assert!(f.error < 1e-9 * most);
+        }
+    }
+}
+
+#[test]
+fn a_surface_does_not_push_itself() {
+    let shape = pear(5);
+    for k in [1.0, 10.0, 100.0] {
+        let mut total = [0.0; 2];
+        for piece in 0..3 {
+            let mut panels = graded(0.0, 0.5, 1e-5);
+            panels.extend(graded(1.0, 0.5, 1e-5));
+            let part = sum(&panels, |x| {
+                let push = shape.at(piece, x).charge * on_surface(&shape, k, piece, x).axial;
+                [push, push.abs()]
+            });
+            total = [total[0] + part[0], total[1] + part[1]];
+        }
+        println!("{k}: {:.1e}", total[0] / total[1]);
+        assert!(total[0].abs() < 1e-9 * total[1], "{k} {total:?}");
     }
 }
