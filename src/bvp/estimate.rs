@@ -17,6 +17,9 @@ use super::assembly::stage_value;
 use super::{Discretization, Layout, Linearization, Problem, Residual, State};
 use crate::scalar::Scalar;
 
+/// The scattered estimate counts for a part only; what given data hide is counted in full.
+const UNRESOLVED: f64 = 5.0;
+
 /// The estimated error of a solution.
 #[derive(Clone, Debug, Default)]
 pub struct Estimate {
@@ -30,6 +33,8 @@ pub struct Estimate {
     pub quadratures: Vec<Vec<f64>>,
     /// Largest |e1| relative to the scales of the problem, per segment and interval; of order h^(k+1).
     pub local: Vec<Vec<f64>>,
+    /// What an interval does not resolve of given data ([`Problem::unresolved`]), per segment and interval.
+    pub unresolved: Vec<Vec<f64>>,
     /// Largest error that an interval adds at its right end or to a quadrature, relative to the scales of the problem, per segment
     /// and interval; of order h^(2k+1) where no mode is stiff.
     pub injected: Vec<Vec<f64>>,
@@ -45,6 +50,7 @@ impl Estimate {
             scattered: vec![0.0; disc.unknowns()],
             quadratures: per(&|s| segments[s].coupled + segments[s].reported),
             local: per(&|s| disc.intervals(s)),
+            unresolved: per(&|s| disc.intervals(s)),
             injected: per(&|s| disc.intervals(s)),
         }
     }
@@ -150,17 +156,22 @@ impl Estimate {
             .collect();
         let mut delta = vec![0.0; disc.unknowns()];
         factors.solve_refined(problem, disc, z, &rhs, 1e-3, &mut delta);
+        let unresolved: Vec<Vec<f64>> = (0..layout.segments.len())
+            .map(|s| (0..disc.intervals(s)).map(|i| problem.unresolved(s, i)).collect())
+            .collect();
         let mut sign = signs();
         for (s, segment) in layout.segments.iter().enumerate() {
             let n = segment.states;
-            for (stages, jump) in rhs.stages[s].chunks_exact_mut(k * n).zip(rhs.jumps[s].chunks_exact_mut(n)) {
+            let intervals = rhs.stages[s].chunks_exact_mut(k * n).zip(rhs.jumps[s].chunks_exact_mut(n));
+            for ((stages, jump), given) in intervals.zip(&unresolved[s]) {
                 let sign = sign();
-                stages.iter_mut().chain(jump).for_each(|v| *v *= sign);
+                stages.iter_mut().chain(&mut *jump).for_each(|v| *v *= sign);
+                jump.iter_mut().for_each(|v| *v += sign * UNRESOLVED * given);
             }
         }
         let mut scattered = vec![0.0; disc.unknowns()];
         factors.solve(disc, &rhs, &mut scattered);
-        Estimate { delta, scattered, quadratures: defects, local, injected }
+        Estimate { delta, scattered, quadratures: defects, local, unresolved, injected }
     }
 
     /// Largest local error of any interval: the estimate is to be trusted where this is small.

@@ -124,6 +124,12 @@ pub trait Problem {
         f64::EPSILON
     }
 
+    /// What given data that the scheme does not resolve in an interval may change of a state across it: an estimate from above of the
+    /// error that the interval adds, of first order in its width.
+    fn unresolved(&self, _segment: usize, _interval: usize) -> f64 {
+        0.0
+    }
+
     /// The magnitude against which a change of global `i` is measured, given its value.
     fn global_scale(&self, _global: usize, value: f64) -> f64 {
         value.abs().max(1.0)

@@ -21,7 +21,8 @@ const ROUNDING: f64 = 1e-16;
 /// neighbouring widths comparable.
 pub fn equidistribute(disc: &Discretization, estimate: &Estimate, factor: f64, least: usize) -> Vec<Vec<f64>> {
     let k = disc.gauss.stages() as f64;
-    let worst = estimate.injected.iter().flatten().fold(ROUNDING, |a: f64, b| a.max(*b));
+    let added = estimate.injected.iter().flatten().chain(estimate.unresolved.iter().flatten());
+    let worst = added.fold(ROUNDING, |a: f64, b| a.max(*b));
     let wanted = (worst / factor).max(ROUNDING);
     (0..disc.meshes.len())
         .map(|s| {
@@ -29,7 +30,9 @@ pub fn equidistribute(disc: &Discretization, estimate: &Estimate, factor: f64, l
                 .map(|i| {
                     let ends = (estimate.injected[s][i].max(ROUNDING) / wanted).powf(1.0 / (2.0 * k + 1.0));
                     let inside = (estimate.local[s][i] / TRUSTED).powf(1.0 / (k + 1.0));
-                    ends.max(inside).clamp(0.1, 8.0)
+                    // Of first order, and worse where the data are singular: cut in as many pieces as may help.
+                    let given = (estimate.unresolved[s][i] / wanted).sqrt();
+                    ends.max(inside).max(given).clamp(0.1, 8.0)
                 })
                 .collect();
             let count = (pieces.iter().sum::<f64>().ceil() as usize).max(least);

@@ -512,6 +512,8 @@ pub fn walk<'a>(
             to,
             pressure: Pressure { fluid: names.fluid_pressure, outside },
             loads: vec![],
+            reach: 1.0,
+            level: 0.0,
             apex: None,
             repulsion: None,
         });

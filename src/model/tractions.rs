@@ -89,9 +89,10 @@ pub(super) fn apply(problem: &Problem, names: &mut Names, pieces: &mut [Piece], 
             }
         }
     }
-    // Where the face under a piece stands.
+    // Where the face under a piece stands, and the end of the membrane that the forces come to.
     for (s, piece) in pieces.iter_mut().enumerate() {
-        if let (Some(body), false) = (names.pieces[s].body, piece.loads.is_empty()) {
+        piece.level = names.extent.map_or(0.0, |extent| extent.1);
+        if let (Some(body), true) = (names.pieces[s].body, act_on(problem, &piece.name)) {
             let (name, said) = problem.bodies.get_index(body).expect("a body of the file");
             piece.apex = names.globals(&said.h, &format!("/bodies/{}/h", token(name)), errors);
         }

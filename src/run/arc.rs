@@ -44,7 +44,7 @@ impl Tracer {
             let mut z: Vec<f64> = s.state.iter().zip(&s.tangent).map(|(z, t)| z + ds * scale * t).collect();
             self.system.closing =
                 Closing::Arc { slots: slots.clone(), direction: direction.clone(), target: base + ds };
-            match state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work) {
+            match state::solve(&self.model, &mut self.system, &mut disc, &mut z, &self.typical, &mut self.work) {
                 Ok(next) => {
                     // The tangent of `next` is per unit of arclength along `direction`, so it points onwards.
                     if self.rate(&next) * toward <= 0.0 {
@@ -113,7 +113,7 @@ impl Tracer {
             let (mut disc, mut z) = (best.disc.clone(), best.state.clone());
             self.system.closing =
                 Closing::Arc { slots: slots.to_vec(), direction: direction.to_vec(), target: base + x };
-            let s = state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work)
+            let s = state::solve(&self.model, &mut self.system, &mut disc, &mut z, &self.typical, &mut self.work)
                 .map_err(Stop::Halt)?;
             let g = -self.rate(&s) * beyond;
             best = s;

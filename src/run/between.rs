@@ -62,7 +62,7 @@ impl Tracer {
             let kept =
                 std::mem::replace(&mut self.system.closing, Closing::Value { of: formula.clone(), target: value });
             let (mut disc, mut z) = (near.disc.clone(), near.state.clone());
-            let exact = state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work);
+            let exact = state::solve(&self.model, &mut self.system, &mut disc, &mut z, &self.typical, &mut self.work);
             self.system.closing = kept;
             if let Ok(exact) = exact {
                 return Some(exact);

@@ -135,7 +135,7 @@ fn family(model: &Model, system: &System, control: &Formula, start: Member) -> V
     for part in [0.0, 0.3, 1.0] {
         let mut system = system.clone();
         system.closing = Closing::Value { of: control.clone(), target: here + part * ahead };
-        if state::solve(model, &system, &mut disc, &mut z, &[], &mut work).is_ok() {
+        if state::solve(model, &mut system, &mut disc, &mut z, &[], &mut work).is_ok() {
             members.push(Member { disc: disc.clone(), z: z.clone() });
         }
     }

@@ -94,7 +94,7 @@ impl Tracer {
         self.system = self.model.system.clone();
         let of = self.model.quantities[self.control].formula.clone();
         self.system.closing = Closing::Value { of, target: c };
-        let solution = state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work)
+        let solution = state::solve(&self.model, &mut self.system, &mut disc, &mut z, &self.typical, &mut self.work)
             .map_err(Stop::Halt)?;
         self.history = vec![solution];
         self.entered = true;

@@ -9,7 +9,7 @@ use super::state::{self, Halt, Work};
 use crate::bvp::{Discretization, Estimate, Gauss, Linearization, Problem, Residual, uniform};
 use crate::model::Model;
 use crate::solution::Solution;
-use crate::system::{Closing, Coordinate, Field, Formula, Kind, Place, Probe, Side, System};
+use crate::system::{Closing, Coordinate, Field, Formula, Kind, Piece, Place, Probe, Side, System};
 use std::sync::Arc;
 
 /// Stages of the collocation.
@@ -23,6 +23,9 @@ pub(super) const FINER: usize = 6;
 /// The smallest singular value of the conditions, relative to the largest, where branches cross. A place at which a radius is largest
 /// is known to the square root of rounding only.
 const CROSSING: f64 = 1e-7;
+/// Intervals of a first mesh that shrink towards an edge of contact, and their ratio.
+const GRADES: i32 = 8;
+const GRADE: f64 = 0.4;
 /// Stretch of the first state of a membrane that starts without load.
 const FIRST_STRETCH: f64 = 1.02;
 
@@ -48,6 +51,10 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64, finer: usize) ->
             Coordinate::FromPole(order) | Coordinate::ToPole(order) if order > 1.0 => uniform(2 * finer),
             _ => uniform(5 * finer),
         })
+        .collect::<Vec<_>>();
+    // Forces at a distance act near the edges of contacts.
+    let meshes = (system.pieces.iter().zip(meshes))
+        .map(|(p, mesh)| if p.loads.is_empty() { mesh } else { graded(p, mesh) })
         .collect();
     let disc = Discretization::new(system.layout().clone(), Arc::new(Gauss::new(STAGES)), meshes);
     let mut globals = model.initial_globals.clone();
@@ -95,6 +102,23 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64, finer: usize) ->
     (Arc::new(disc), z)
 }
 
+/// A mesh with intervals that shrink towards the places where the piece meets another one.
+fn graded(piece: &Piece, mut mesh: Vec<f64>) -> Vec<f64> {
+    let joint = |place| matches!(place, Place::Unknown(_));
+    let step = mesh[1];
+    for level in 1..=GRADES {
+        let near = step * GRADE.powi(level);
+        if joint(piece.from) {
+            mesh.push(near);
+        }
+        if joint(piece.to) {
+            mesh.push(1.0 - near);
+        }
+    }
+    mesh.sort_by(f64::total_cmp);
+    mesh
+}
+
 /// Stage derivatives as the equations give them, for a sample that is a solution.
 fn slopes(
     system: &System,
@@ -126,7 +150,7 @@ fn slopes(
 pub(super) fn initial(model: &Model) -> Solution {
     let (disc, z) = sample(model, model.initial.stretch, NO_CONTACT, 1);
     let nothing = vec![0.0; disc.unknowns()];
-    Solution::read(model, &disc, &z, &nothing, &Estimate::none(&disc), &nothing)
+    Solution::read(model, &model.system, &disc, &z, &nothing, &Estimate::none(&disc), &nothing)
 }
 
 /// The first state: a small contact, or a small inflation where there is no contact.
@@ -184,7 +208,7 @@ fn first_with(model: &Model, radius: f64, work: &mut Work) -> Result<Solution, H
         if model.initial.stretch != 1.0 {
             beside(model, &mut system, &mut disc, &mut z);
         }
-        return state::solve(model, &system, &mut disc, &mut z, &[], work);
+        return state::solve(model, &mut system, &mut disc, &mut z, &[], work);
     };
     let (mut disc, mut z) = sample(model, model.initial.stretch, radius, 1);
     let side = match system.pieces[contact].to {
@@ -206,14 +230,15 @@ fn first_with(model: &Model, radius: f64, work: &mut Work) -> Result<Solution, H
             if let Kind::Contact(face) = &mut piece.kind {
                 face.rise = rise;
             }
+            piece.reach = rise;
         }
     };
     let fail = |failure| Halt::Newton { failure, worst: vec!["while the first contact was sought".into()] };
     raise(&mut system, 0.0);
     newton.solve(&system, &disc, &mut z, &mut None, &mut work.effort).map_err(fail)?;
-    // Rise of the bodies: as large a step as Newton takes, and the mesh follows.
+    // Rise of the bodies and reach of the loads: as large a step as Newton takes, and the mesh follows.
     let (mut done, mut step) = (0.0, 1.0_f64);
-    if steepest > 0.0 {
+    if steepest > 0.0 || system.pieces.iter().any(|piece| !piece.loads.is_empty()) {
         while done < 1.0 {
             let next = (done + step).min(1.0);
             raise(&mut system, next);
@@ -242,5 +267,5 @@ fn first_with(model: &Model, radius: f64, work: &mut Work) -> Result<Solution, H
         }
     }
     raise(&mut system, 1.0);
-    state::solve(model, &system, &mut disc, &mut z, &[], work)
+    state::solve(model, &mut system, &mut disc, &mut z, &[], work)
 }

@@ -5,7 +5,7 @@ use crate::bvp::{
 };
 use crate::model::Model;
 use crate::solution::Solution;
-use crate::system::System;
+use crate::system::{System, renew, rests};
 use std::sync::Arc;
 
 /// Work spent on a state.
@@ -42,12 +42,21 @@ pub enum Halt {
         /// Intervals used.
         intervals: usize,
     },
+    /// The field of a charged membrane and its shape do not settle.
+    #[error(
+        "the field of the charged membrane and its shape do not settle: the repulsion is too strong for the tension"
+    )]
+    Field,
 }
 
 /// Most intervals of all segments together.
 const MOST_INTERVALS: usize = 3000;
 /// Rounds of refinement.
 const ROUNDS: usize = 9;
+/// Times that the field of a charged membrane is brought up to date on one mesh.
+const SWEEPS: usize = 12;
+/// A change of that field by less than this part of the accuracy asked for, relative to the tension over the radius, is none.
+const SETTLED: f64 = 1e-2;
 /// Meshes are made for this accuracy even where less is asked for: it costs little.
 const LOOSEST: f64 = 1e-8;
 /// The part of the accuracy asked for that a mesh is made for ..
@@ -62,12 +71,59 @@ pub(super) fn newton(accuracy: f64) -> Newton {
     Newton { tolerance: (1e-3 * accuracy).clamp(1e-13, 1e-9), limit: 30 }
 }
 
+/// Solves for the state that `system` closes, as [`solve_given`]. Where the membrane repels itself, its field is brought up to date
+/// until it is that of the state, and then kept in `system`.
+///
+/// # Errors
+/// [`Halt`]; `z` and `disc` then are those of the last attempt.
+pub(super) fn solve(
+    model: &Model,
+    system: &mut System,
+    disc: &mut Arc<Discretization>,
+    z: &mut Vec<f64>,
+    typical: &[f64],
+    work: &mut Work,
+) -> Result<Solution, Halt> {
+    if !system.repels() {
+        return solve_given(model, system, disc, z, typical, work);
+    }
+    let newton = newton(model.accuracy);
+    let tension = model.initial.tension.abs().max(f64::MIN_POSITIVE);
+    let enough = SETTLED * model.accuracy * tension / model.initial.radius;
+    if system.pieces.iter().any(|piece| piece.repulsion.as_ref().is_some_and(|r| r.rest.is_none())) {
+        // The field of a shape that its mesh does not resolve yet is no guide.
+        solve_given(model, system, disc, z, typical, work)?;
+    }
+    let mut refinement = Refinement::default();
+    loop {
+        let mut kept = None;
+        let mut settled = false;
+        for _ in 0..SWEEPS {
+            let mut effort = Effort::default();
+            let result = newton.solve(&*system, disc, z, &mut kept, &mut effort);
+            work.effort += effort;
+            result.map_err(|failure| Halt::Newton { failure, worst: largest_residuals(model, system, disc, z) })?;
+            let Some(rests) = rests(system, disc, z) else { break };
+            settled = renew(system, rests) <= enough;
+            if settled {
+                break;
+            }
+        }
+        if !settled {
+            return Err(Halt::Field);
+        }
+        if let Some(solution) = refinement.round(model, system, disc, z, typical, work)? {
+            return Ok(solution);
+        }
+    }
+}
+
 /// Solves for the state that `system` closes, from `z` on `disc` (`typical`: magnitudes of the quantities, for those that vanish), and refines the mesh until every quantity is accurate, as far as
 /// the mesh can make it: what rounding adds is in the errors of the solution, and may exceed what was asked.
 ///
 /// # Errors
 /// [`Halt`]; `z` and `disc` then are those of the last attempt.
-pub(super) fn solve(
+fn solve_given(
     model: &Model,
     system: &System,
     disc: &mut Arc<Discretization>,
@@ -75,12 +131,38 @@ pub(super) fn solve(
     typical: &[f64],
     work: &mut Work,
 ) -> Result<Solution, Halt> {
-    let newton = newton(model.accuracy);
-    let mut before = f64::INFINITY;
-    for round in 0..ROUNDS {
+    let mut refinement = Refinement::default();
+    loop {
+        if let Some(solution) = refinement.round(model, system, disc, z, typical, work)? {
+            return Ok(solution);
+        }
+    }
+}
+
+/// The rounds of refinement for one state.
+#[derive(Default)]
+struct Refinement {
+    rounds: usize,
+    /// The error of the round before.
+    before: Option<f64>,
+}
+
+impl Refinement {
+    /// Solves on a mesh. The solution if it is accurate enough, or as accurate as any mesh makes it; nothing where the mesh was
+    /// refined.
+    fn round(
+        &mut self,
+        model: &Model,
+        system: &System,
+        disc: &mut Arc<Discretization>,
+        z: &mut Vec<f64>,
+        typical: &[f64],
+        work: &mut Work,
+    ) -> Result<Option<Solution>, Halt> {
+        self.rounds += 1;
         let mut effort = Effort::default();
         let mut kept = None;
-        let result = newton.solve(system, disc, z, &mut kept, &mut effort);
+        let result = newton(model.accuracy).solve(system, disc, z, &mut kept, &mut effort);
         work.effort += effort;
         result.map_err(|failure| Halt::Newton { failure, worst: largest_residuals(model, system, disc, z) })?;
         // The estimate is as good as the factors it is solved with: renew those of an early iterate.
@@ -95,7 +177,7 @@ pub(super) fn solve(
         let estimate = Estimate::new(system, disc, z, &factors);
         let noise = rounding(system, disc, z, &factors);
         let tangent = tangent(system, disc, z, &factors);
-        let solution = Solution::read(model, disc, z, &tangent, &estimate, &noise);
+        let solution = Solution::read(model, system, disc, z, &tangent, &estimate, &noise);
         work.intervals = disc.total_intervals();
         let error = solution.worst_discretisation(model.accuracy.min(LOOSEST), typical);
         let (total, which) = solution.worst_error(model.accuracy, typical);
@@ -103,19 +185,19 @@ pub(super) fn solve(
             if error < WASTE && disc.total_intervals() > 3 * disc.meshes.len() {
                 remesh(disc, z, &estimate, (error / AIM).max(1e-6));
             }
-            return Ok(solution);
+            return Ok(Some(solution));
         }
-        let intervals = disc.total_intervals();
-        if round + 1 == ROUNDS || intervals > MOST_INTERVALS || !(error < before * 100.0 || error.is_infinite()) {
+        let stuck = self.before.is_some_and(|before| !(error < before * 100.0 || error.is_infinite()));
+        if self.rounds == ROUNDS || disc.total_intervals() > MOST_INTERVALS || stuck {
             if total <= 1.0 {
-                return Ok(solution);
+                return Ok(Some(solution));
             }
             return Err(too_coarse(model, &solution, which, disc));
         }
-        before = error;
+        self.before = Some(error);
         remesh(disc, z, &estimate, (error / AIM).min(1e12));
+        Ok(None)
     }
-    unreachable!("the last round returns")
 }
 
 fn remesh(disc: &mut Arc<Discretization>, z: &mut Vec<f64>, estimate: &Estimate, factor: f64) {

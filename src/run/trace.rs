@@ -149,7 +149,7 @@ impl Tracer {
         let (mut disc, mut z) = self.predict(c);
         let of = &self.model.quantities[self.control].formula;
         self.system.closing = Closing::Value { of: of.clone(), target: c };
-        state::solve(&self.model, &self.system, &mut disc, &mut z, &self.typical, &mut self.work)
+        state::solve(&self.model, &mut self.system, &mut disc, &mut z, &self.typical, &mut self.work)
     }
 
     /// True if a state lies so far from where it was predicted that it may belong to another branch.

@@ -37,8 +37,8 @@ impl Certificate {
     /// Checks a state.
     pub fn new(model: &Model, view: &View) -> Self {
         let mut c = Certificate { least_tension: f64::INFINITY, ..Certificate::default() };
-        c.first_integrals(model, view);
-        c.forces(model, view);
+        c.first_integrals(view);
+        c.forces(view);
         c.work(model, view);
         for (name, lhs, rhs) in &model.identities {
             if let (Some(l), Some(r)) = (view.value(lhs), view.value(rhs)) {
@@ -59,14 +59,14 @@ impl Certificate {
         self.violations.is_empty()
     }
 
-    fn first_integrals(&mut self, model: &Model, view: &View) {
-        for (s, piece) in model.system.pieces.iter().enumerate() {
+    fn first_integrals(&mut self, view: &View) {
+        for (s, piece) in view.system.pieces.iter().enumerate() {
             if !matches!(piece.kind, Kind::Free) {
                 continue;
             }
             let p = piece.pressure.value(&|g| view.global(g)).re;
             let (mut low, mut high, mut size) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
-            let points = mesh_points(model, view, s);
+            let points = mesh_points(view, s);
             let last = points.len() - 1;
             // Other tractions are summed over the whole piece: only its ends can be compared.
             let other = (piece.reported() > 2).then(|| other_force(view, s).re);
@@ -87,14 +87,14 @@ impl Certificate {
         }
     }
 
-    fn forces(&mut self, model: &Model, view: &View) {
-        for (s, piece) in model.system.pieces.iter().enumerate() {
+    fn forces(&mut self, view: &View) {
+        for (s, piece) in view.system.pieces.iter().enumerate() {
             if matches!(piece.kind, Kind::Free) {
                 continue;
             }
-            let (balance, size) = patch_balance(model, view, s);
+            let (balance, size) = patch_balance(view, s);
             if size > 0.0 {
-                let mismatch = (integrated_force(model, view, s) - balance.re).abs() / size;
+                let mismatch = (integrated_force(view, s) - balance.re).abs() / size;
                 self.force_balance = self.force_balance.max(mismatch);
             }
         }
@@ -104,33 +104,33 @@ impl Certificate {
     /// line, not with the material: what slides through it without friction needs no work.
     fn work(&mut self, model: &Model, view: &View) {
         let along = |v: Carried| v.du[TANGENT];
-        let mut energy: f64 = (0..model.system.pieces.len()).map(|s| along(view.reported(s, 0))).sum();
+        let mut energy: f64 = (0..view.system.pieces.len()).map(|s| along(view.reported(s, 0))).sum();
         let mut work = 0.0;
         let mut size = energy.abs();
         for body in &model.bodies {
             let Some(h) = view.value(&body.h) else { continue };
-            let push: f64 = body.pieces.iter().map(|&s| patch_balance(model, view, s).0.re).sum();
+            let push: f64 = body.pieces.iter().map(|&s| patch_balance(view, s).0.re).sum();
             work += push * along(h);
             size += (push * along(h)).abs();
         }
-        for (s, piece) in model.system.pieces.iter().enumerate() {
+        for (s, piece) in view.system.pieces.iter().enumerate() {
             let p = piece.pressure.value(&|g| view.global(g)).re;
             let volume = match &piece.kind {
                 Kind::Free | Kind::Wall { .. } => crate::system::Probe::Quadrature(s, 1),
                 Kind::Contact(_) => crate::system::Probe::SweptVolume(s),
             };
-            let v = volume.value(&model.system, &|slot| view.slot(slot));
+            let v = volume.value(&view.system, &|slot| view.slot(slot));
             work += p * along(v);
             size += (p * along(v)).abs();
         }
-        for s in 0..model.system.pieces.len() {
+        for s in 0..view.system.pieces.len() {
             let (done, stored) = traction_work(view, s);
             work += done;
             energy += stored;
             size += done.abs() + stored.abs();
         }
         // Where pieces meet, a line force may pull: what the tensions of both sides leave.
-        for s in 1..model.system.pieces.len() {
+        for s in 1..view.system.pieces.len() {
             let (Some(a), Some(b)) = (view.end(s - 1, Side::End), view.end(s, Side::Start)) else { continue };
             let Some(h) = view.value(&model.heights[s]) else { continue };
             let pull = |before: Carried, after: Carried| 2.0 * PI * (a.rho0 * before - b.rho0 * after).re;
@@ -152,12 +152,12 @@ impl Certificate {
                 None => worst.push((key, value, format!("phi = {phi:.4}"))),
             }
         };
-        let last = model.system.pieces.len() - 1;
+        let last = view.system.pieces.len() - 1;
         let mirror = (model.images > 1.0).then(|| heights(model, view, last).last().copied()).flatten();
-        for (s, piece) in model.system.pieces.iter().enumerate() {
+        for (s, piece) in view.system.pieces.iter().enumerate() {
             let p = piece.pressure.value(&|g| view.global(g)).re;
             let heights = heights(model, view, s);
-            for (i, m) in mesh_points(model, view, s) {
+            for (i, m) in mesh_points(view, s) {
                 let scale = m.w_l.abs().max(m.w_m.abs());
                 self.least_tension = self.least_tension.min(m.w_l).min(m.w_m);
                 if m.w_l < -TOLERANCE * scale {
@@ -229,8 +229,8 @@ impl Certificate {
 
 /// The axial force of a face on the membrane, downwards, from the balance of that patch: p pi [u^2] - 2 pi [rho0 w_l sin tau], which
 /// vanishes at a pole or tip; and the size of its terms.
-fn patch_balance(model: &Model, view: &View, s: usize) -> (Carried, f64) {
-    let piece = &model.system.pieces[s];
+fn patch_balance(view: &View, s: usize) -> (Carried, f64) {
+    let piece = &view.system.pieces[s];
     let p = piece.pressure.value(&|g| view.global(g));
     let mut balance = -other_force(view, s);
     let mut size = balance.re.abs();
@@ -252,7 +252,7 @@ fn patch_balance(model: &Model, view: &View, s: usize) -> (Carried, f64) {
 /// What the tractions besides pressure do along the tangent, and the change of the local energy of the repulsion: at fixed material
 /// points, which move by du - (du/d eta) d eta where a place of the mesh moves by d eta.
 fn traction_work(view: &View, s: usize) -> (f64, f64) {
-    let system = &view.model.system;
+    let system = &view.system;
     let piece = &system.pieces[s];
     if piece.reported() == 2 {
         return (0.0, 0.0);
@@ -291,14 +291,14 @@ fn traction_work(view: &View, s: usize) -> (f64, f64) {
 
 /// The axial force of all other tractions on a piece, downwards.
 fn other_force(view: &View, s: usize) -> Carried {
-    let piece = &view.model.system.pieces[s];
+    let piece = &view.system.pieces[s];
     let repulsion = piece.repulsion.as_ref().map(|_| piece.repulsion_at());
     (2..2 + piece.loads.len()).chain(repulsion).fold(Carried::from(0.0), |sum, q| sum + view.reported(s, q))
 }
 
 /// The same force from the contact pressure, integrated over the face on pieces of unit length in eta at most.
-fn integrated_force(model: &Model, view: &View, s: usize) -> f64 {
-    let system = &model.system;
+fn integrated_force(view: &View, s: usize) -> f64 {
+    let system = &view.system;
     let piece = &system.pieces[s];
     let p: Vec<f64> = piece.parameters().iter().map(|&g| view.global(g).re).collect();
     let (a, b) = piece.places(&p);
@@ -334,7 +334,7 @@ fn integrated_force(model: &Model, view: &View, s: usize) -> f64 {
 
 /// The axial position at each mesh point of a free piece; empty on a face, which knows it from the radius.
 pub(super) fn heights(model: &Model, view: &View, s: usize) -> Vec<f64> {
-    let system = &model.system;
+    let system = &view.system;
     let piece = &system.pieces[s];
     if piece.kind.coupled() == 0 {
         return vec![];
@@ -372,8 +372,8 @@ struct Plain {
     p_c: f64,
 }
 
-fn mesh_points(model: &Model, view: &View, s: usize) -> Vec<(usize, Plain)> {
-    let system = &model.system;
+fn mesh_points(view: &View, s: usize) -> Vec<(usize, Plain)> {
+    let system = &view.system;
     let piece = &system.pieces[s];
     let p: Vec<f64> = piece.parameters().iter().map(|&g| view.global(g).re).collect();
     let (a, b) = piece.places(&p);

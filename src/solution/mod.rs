@@ -15,6 +15,7 @@ pub use view::View;
 use crate::bvp::{Discretization, Estimate};
 use crate::model::Model;
 use crate::scalar::Dual;
+use crate::system::System;
 use std::sync::Arc;
 
 /// Numbers with a slope in each of the four directions.
@@ -64,6 +65,8 @@ impl From<Carried> for Measured {
 pub struct Solution {
     /// Mesh and scheme.
     pub disc: Arc<Discretization>,
+    /// The equations, where they hold something that is given in this state only.
+    own: Option<Arc<System>>,
     /// All unknowns.
     pub state: Vec<f64>,
     /// Derivative of all unknowns along the branch, per unit of the closing condition.
@@ -82,6 +85,7 @@ impl Solution {
     /// Reads a state: quantities, errors, certificate.
     pub fn read(
         model: &Model,
+        system: &System,
         disc: &Arc<Discretization>,
         state: &[f64],
         tangent: &[f64],
@@ -91,7 +95,7 @@ impl Solution {
         let carried: Vec<Carried> = (0..disc.unknowns())
             .map(|i| Dual { re: state[i], du: [tangent[i], estimate.delta[i], estimate.scattered[i], rounding[i]] })
             .collect();
-        let view = View::new(model, disc, carried, Some(estimate));
+        let view = View::new(model, system, disc, carried, Some(estimate));
         let mut infinite = view.infinite();
         let mut quantities = vec![];
         let mut undefined = false;
@@ -106,6 +110,7 @@ impl Solution {
         }
         let certificate = Certificate::new(model, &view);
         Solution {
+            own: system.repels().then(|| Arc::new(system.clone())),
             disc: disc.clone(),
             state: state.to_vec(),
             tangent: tangent.to_vec(),
@@ -114,6 +119,11 @@ impl Solution {
             undefined,
             certificate,
         }
+    }
+
+    /// The equations that it solves, all but the closing one.
+    pub fn system<'a>(&'a self, model: &'a Model) -> &'a System {
+        self.own.as_deref().unwrap_or(&model.system)
     }
 
     /// The largest error relative to the accuracy asked for, and whose it is; below 1 all is well. A quantity that vanishes is

@@ -35,8 +35,14 @@ pub struct Row {
 /// The mesh points of all segments in walking order; both sides of a joint are there.
 pub fn profile(model: &Model, solution: &Solution) -> Vec<Row> {
     let disc = &*solution.disc;
-    let view = View::new(model, disc, solution.state.iter().map(|&v| Carried::from(v)).collect(), None);
-    let system = &model.system;
+    let view = View::new(
+        model,
+        solution.system(model),
+        disc,
+        solution.state.iter().map(|&v| Carried::from(v)).collect(),
+        None,
+    );
+    let system = view.system;
     let mut rows = vec![];
     for (s, piece) in system.pieces.iter().enumerate() {
         let p: Vec<f64> = piece.parameters().iter().map(|&g| view.global(g).re).collect();

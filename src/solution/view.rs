@@ -6,13 +6,15 @@ use crate::model::Model;
 use crate::physics::material::Energy;
 use crate::physics::membrane::Local;
 use crate::scalar::Scalar;
-use crate::system::{Coordinate, Field, Formula, Kind, Probe, Side, tip_coefficient};
+use crate::system::{Coordinate, Field, Formula, Kind, Probe, Side, System, tip_coefficient};
 use std::cell::OnceCell;
 
 /// A state and what has been computed of it.
 pub struct View<'a> {
     /// The problem.
     pub model: &'a Model,
+    /// Its equations, with what is given in this state.
+    pub system: &'a System,
     /// Mesh and scheme.
     pub disc: &'a Discretization,
     state: Vec<Carried>,
@@ -23,13 +25,19 @@ pub struct View<'a> {
 
 impl<'a> View<'a> {
     /// Evaluates the quadratures of a state; with an estimate, the error direction holds what they miss, too.
-    pub fn new(model: &'a Model, disc: &'a Discretization, state: Vec<Carried>, estimate: Option<&Estimate>) -> Self {
+    pub fn new(
+        model: &'a Model,
+        system: &'a System,
+        disc: &'a Discretization,
+        state: Vec<Carried>,
+        estimate: Option<&Estimate>,
+    ) -> Self {
         let slots = disc.slot_index();
-        let mut view = View { model, disc, state, slots, reported: vec![], largest_radius: OnceCell::new() };
-        for (s, piece) in model.system.pieces.iter().enumerate() {
+        let mut view = View { model, system, disc, state, slots, reported: vec![], largest_radius: OnceCell::new() };
+        for (s, piece) in system.pieces.iter().enumerate() {
             let coupled = piece.kind.coupled();
             let mut all = vec![Carried::from(0.0); coupled + piece.reported()];
-            quadratures_along(&model.system, disc, &|i| view.state[i], s, &mut all);
+            quadratures_along(system, disc, &|i| view.state[i], s, &mut all);
             if let Some(estimate) = estimate {
                 for (sum, missed) in all.iter_mut().zip(&estimate.quadratures[s]) {
                     sum.du[ERROR] += missed;
@@ -68,7 +76,7 @@ impl<'a> View<'a> {
 
     /// The membrane at an end of a piece; nothing at a pole.
     pub fn end(&self, s: usize, side: Side) -> Option<Local<Carried>> {
-        let system = &self.model.system;
+        let system = self.system;
         let piece = &system.pieces[s];
         if piece.coordinate.is_pole(side) {
             return None;
@@ -83,14 +91,14 @@ impl<'a> View<'a> {
 
     /// The membrane on a piece at x with states `y`.
     pub fn local(&self, s: usize, x: f64, y: &[Carried]) -> Local<Carried> {
-        let system = &self.model.system;
+        let system = self.system;
         let piece = &system.pieces[s];
         piece.local(&system.reference, &system.law, self.eta(s, x), y)
     }
 
     /// eta on a piece at x.
     pub fn eta(&self, s: usize, x: f64) -> Carried {
-        let piece = &self.model.system.pieces[s];
+        let piece = &self.system.pieces[s];
         let p: Vec<Carried> = piece.parameters().iter().map(|&g| self.global(g)).collect();
         let (a, b) = piece.places(&p);
         piece.coordinate.at(x, a, b).0
@@ -114,7 +122,7 @@ impl<'a> View<'a> {
             Probe::TipCoefficient(s, side) => self.tip_coefficient(s, side),
             Probe::Absent => None,
             Probe::End(s, side, field) if self.is_infinite_field(s, side, field) => None,
-            _ => Some(probe.value(&self.model.system, &|slot| self.slot(slot))),
+            _ => Some(probe.value(self.system, &|slot| self.slot(slot))),
         }
     }
 
@@ -137,13 +145,13 @@ impl<'a> View<'a> {
 
     fn is_tip(&self, s: usize, side: Side) -> bool {
         matches!(
-            (self.model.system.pieces[s].coordinate, side),
+            (self.system.pieces[s].coordinate, side),
             (Coordinate::FromTip(_), Side::Start) | (Coordinate::ToTip(_), Side::End)
         )
     }
 
     fn is_infinite_field(&self, s: usize, side: Side, field: Field) -> bool {
-        let locks = self.model.system.law.locking().is_some();
+        let locks = self.system.law.locking().is_some();
         self.is_tip(s, side)
             && match field {
                 Field::W | Field::TensionL | Field::TensionM | Field::ContactPressure => true,
@@ -155,7 +163,7 @@ impl<'a> View<'a> {
     /// Fields that are infinite at the tips of this state.
     pub fn infinite(&self) -> Vec<String> {
         let mut names = vec![];
-        for (s, piece) in self.model.system.pieces.iter().enumerate() {
+        for (s, piece) in self.system.pieces.iter().enumerate() {
             for (side, end) in [(Side::Start, "start"), (Side::End, "end")] {
                 for (field, name) in [
                     (Field::Lambda, "lambda"),
@@ -176,7 +184,7 @@ impl<'a> View<'a> {
 
     /// C of a neo-Hookean membrane: from the tip of a cone, or the stretch of a pole on a plane.
     fn tip_coefficient(&self, s: usize, side: Side) -> Option<Carried> {
-        let system = &self.model.system;
+        let system = self.system;
         let Kind::Contact(face) = &system.pieces[s].kind else { return None };
         if !system.law.is_neo_hookean() {
             return None;
@@ -203,7 +211,7 @@ impl<'a> View<'a> {
 
     /// The largest radius: at an end of a piece, or inside a free one where the tangent is vertical.
     fn find_largest_radius(&self) -> Carried {
-        let system = &self.model.system;
+        let system = self.system;
         let mut best = Carried::from(0.0);
         let mut consider = |u: Carried| {
             if u.re > best.re {

@@ -7,6 +7,7 @@
 //! States of a piece: ln(lambda), ln(mu), and on a free piece tau. The axial position needs no state: its increment is a quadrature
 //! of a free piece, and on a face it follows from the radius.
 
+mod charge;
 mod coordinate;
 mod load;
 mod piece;
@@ -14,6 +15,7 @@ mod probe;
 mod repulsion;
 mod tip;
 
+pub use charge::{renew, rests};
 pub use coordinate::{Coordinate, Place, tip_length};
 pub use load::{Component, Load, Site, Variable, along};
 pub use piece::{Kind, MOST_LOADS, Piece, Pressure};
@@ -87,6 +89,11 @@ impl System {
         let layout = Layout { segments, globals };
         let closing = Closing::Arc { slots: vec![], direction: vec![], target: 0.0 };
         System { reference, law, pieces, conditions: vec![], closing, layout }
+    }
+
+    /// True where the membrane repels itself.
+    pub fn repels(&self) -> bool {
+        self.pieces.iter().any(|piece| piece.repulsion.is_some())
     }
 
     /// A formula from a tape with one output over `probes`.
@@ -166,7 +173,17 @@ impl Problem for System {
     fn noise(&self, segment: usize, x: f64) -> f64 {
         // The terms of (1) to (3) of the membrane are of order 1 in eta, and a few roundings go into each.
         let (a, b) = (-1.0, 1.0);
-        4.0 * f64::EPSILON * self.pieces[segment].coordinate.at(x, a, b).1.abs().max(1.0)
+        let piece = &self.pieces[segment];
+        let measure = piece.coordinate.at(x, a, b).1.abs().max(1.0);
+        // A given traction has the error of its quadrature.
+        let given = piece.repulsion.as_ref().and_then(|r| r.rest.as_ref());
+        let given = given.map_or(0.0, |rest| rest.error / self.law.response(1.0, 1.0).w_ll);
+        (4.0 * f64::EPSILON + given) * measure
+    }
+
+    fn unresolved(&self, segment: usize, interval: usize) -> f64 {
+        let given = self.pieces[segment].repulsion.as_ref().and_then(|r| r.rest.as_ref());
+        given.and_then(|rest| rest.unresolved.get(interval)).copied().unwrap_or(0.0)
     }
 
     fn global_scale(&self, _: usize, value: f64) -> f64 {

@@ -100,10 +100,24 @@ pub struct Piece {
     pub pressure: Pressure,
     /// Other tractions on it.
     pub loads: Vec<Arc<Load>>,
+    /// Part of the distance from `level` that they see: 1, and less only on the way to a first state, where it takes the steepness
+    /// from forces of short range.
+    pub reach: f64,
+    /// Where the initial membrane stands, which loads of no reach see everywhere.
+    pub level: f64,
     /// Axial position of the apex of the face, where a load asks for that of the membrane: a formula of one output over globals.
     pub apex: Option<(Tape, Vec<usize>)>,
     /// Its own screened repulsion.
     pub repulsion: Option<Repulsion>,
+}
+
+/// The place of a point of the membrane.
+pub(super) struct Shape {
+    pub rho0: f64,
+    pub u: f64,
+    pub lambda: f64,
+    pub sin: f64,
+    pub cos: f64,
 }
 
 impl Piece {
@@ -174,6 +188,7 @@ impl Piece {
             }
         };
         let phi = reference.phi(eta);
+        let h = if self.reach == 1.0 { h } else { (h - self.level) * self.reach + self.level };
         let site = Site { local: *local, tau, h, phi, arc: phi * reference.radius };
         for (i, load) in self.loads.iter().enumerate() {
             let (own, others) = rest.split_at(load.globals().count());
@@ -213,6 +228,24 @@ impl Piece {
         Local::new(law, point, y[0], ln_mu, tau)
     }
 
+    /// Where the membrane is at a state of this piece, without its response.
+    pub(super) fn local_shape(&self, reference: &Sphere, eta: f64, y: &[f64]) -> Shape {
+        let rho0 = reference.at(eta).rho0;
+        let (ln_mu, tau) = self.shape(rho0, y);
+        let (sin, cos) = tau.sin_cos();
+        Shape { rho0, u: rho0 * ln_mu.exp(), lambda: y[0].exp(), sin, cos }
+    }
+
+    /// Axial position of the apex of its face, given every global; zero where it has none.
+    pub fn apex_at(&self, global: &impl Fn(usize) -> f64) -> f64 {
+        self.apex.as_ref().map_or(0.0, |(tape, globals)| {
+            let inputs: Vec<f64> = globals.iter().map(|&g| global(g)).collect();
+            let (mut work, mut out) = (vec![], [0.0]);
+            tape.eval(&inputs, &mut work, &mut out);
+            out[0]
+        })
+    }
+
     /// ln(mu) and tau at reference radius `rho0`, from the states.
     #[inline(always)]
     pub(super) fn shape<S: Scalar>(&self, rho0: S, y: &[S]) -> (S, S) {
@@ -232,7 +265,7 @@ impl Piece {
         let (mut balanced, mut pull, mut push) = (m, S::from(0.0), S::from(0.0));
         if let Some(repulsion) = &self.repulsion {
             balanced = repulsion.added_to(&m);
-            [pull, push] = along(&m, repulsion.rest(x));
+            [pull, push] = along(&m, repulsion.rest(x, m.rho0));
         }
         let loaded = (!self.loads.is_empty()).then(|| self.loaded(reference, eta, &m, y, rest));
         if let Some((t, n, _)) = &loaded {
@@ -266,7 +299,7 @@ impl Piece {
                 }
             }
             if let Some(repulsion) = &self.repulsion {
-                let [_, axial] = repulsion.rest::<S>(x);
+                let [_, axial] = repulsion.rest(x, m.rho0);
                 let out = &mut out[self.repulsion_at()..];
                 out[0] = m.rho0 * axial * measure * (2.0 * PI);
                 out[1] = m.rho0 * measure * (2.0 * PI * repulsion.energy(x));
@@ -302,7 +335,7 @@ impl Piece {
         match &self.repulsion {
             None => (m, [t, n]),
             Some(repulsion) => {
-                let [rt, rn] = along(&m, repulsion.rest(x));
+                let [rt, rn] = along(&m, repulsion.rest(x, m.rho0));
                 (repulsion.added_to(&m), [t + rt, n + rn])
             }
         }

@@ -33,8 +33,27 @@ pub struct Rest {
     pub gauss: Arc<Gauss>,
     /// Mesh points on [0, 1].
     pub mesh: Vec<f64>,
-    /// Traction away from the axis and downwards, and the energy of the whole field per reference area, at each node.
+    /// Traction away from the axis over the reference radius (both vanish at a pole, the quotient is regular there) and downwards,
+    /// and the energy of the whole field per reference area, at each node.
     pub values: Vec<[f64; 3]>,
+    /// Reference radius at each node.
+    pub radii: Vec<f64>,
+    /// Largest error of the tractions.
+    pub error: f64,
+    /// What the polynomial through the nodes of an interval misses: its effect on ln(lambda) and tau across the interval.
+    pub unresolved: Vec<f64>,
+}
+
+/// Derivatives of the local energy by the stretches.
+pub struct Derivatives {
+    /// By lambda.
+    pub l: f64,
+    /// By mu.
+    pub m: f64,
+    /// Twice by lambda.
+    pub ll: f64,
+    /// By both.
+    pub lm: f64,
 }
 
 impl Repulsion {
@@ -57,10 +76,16 @@ impl Repulsion {
         out
     }
 
-    /// What the local energy misses at `x`, away from the axis and downwards.
-    pub fn rest<S: Scalar>(&self, x: f64) -> [S; 2] {
+    /// The derivatives of the local energy.
+    pub fn derivatives(&self, lambda: f64, mu: f64) -> Derivatives {
+        let w = self.strength() / (lambda * mu);
+        Derivatives { l: -w / lambda, m: -w / mu, ll: 2.0 * w / (lambda * lambda), lm: w / (lambda * mu) }
+    }
+
+    /// What the local energy misses at `x`, away from the axis and downwards, where the reference radius is `rho0`.
+    pub fn rest<S: Scalar>(&self, x: f64, rho0: S) -> [S; 2] {
         let [radial, axial, _] = self.rest.as_ref().map_or([0.0; 3], |rest| rest.at(x));
-        [radial, axial].map(S::from)
+        [rho0 * radial, S::from(axial)]
     }
 
     /// Energy per reference area at `x`: half the potential of the rest of the membrane.
@@ -70,6 +95,29 @@ impl Repulsion {
 }
 
 impl Rest {
+    /// The size of what a polynomial through the nodes of an interval hides from Gauss quadrature, from its Legendre coefficients.
+    /// Inside a piece they decay geometrically, and c_{2k} ~ c_{k-1} (c_{k-1}/c_{k-2})^(k+1); half of that power is counted on. At an
+    /// edge, where the curvature jumps, the field behaves like s ln s or ln s, whose quadrature misses up to a fiftieth of the last
+    /// coefficient.
+    pub fn hidden(gauss: &Gauss, values: &[[f64; 3]], radius: f64, edge: bool) -> f64 {
+        let k = gauss.stages();
+        let coefficient = |n: usize| {
+            let mut c = [0.0; 2];
+            for ((x, w), v) in gauss.nodes.iter().zip(&gauss.weights).zip(values) {
+                let p = (2 * n + 1) as f64 * w * legendre(n, 2.0 * x - 1.0);
+                c[0] += p * v[0] * radius;
+                c[1] += p * v[1];
+            }
+            c[0].hypot(c[1])
+        };
+        let (last, before) = (coefficient(k - 1), coefficient(k - 2).max(coefficient(k - 3)));
+        match (last > 0.0, edge) {
+            (false, _) => 0.0,
+            (true, true) => 0.05 * last,
+            (true, false) => last * (last / before).min(1.0).powi((k as i32 + 1) / 2),
+        }
+    }
+
     /// The value at `x`: of the polynomial through the nodes of its interval.
     pub fn at(&self, x: f64) -> [f64; 3] {
         let k = self.gauss.stages();
@@ -82,4 +130,14 @@ impl Rest {
         }
         out
     }
+}
+
+/// The Legendre polynomial of degree n.
+fn legendre(n: usize, x: f64) -> f64 {
+    let (mut a, mut b) = (1.0, x);
+    for i in 1..n {
+        let i = i as f64;
+        (a, b) = (b, ((2.0 * i + 1.0) * x * b - i * a) / (i + 1.0));
+    }
+    if n == 0 { 1.0 } else { b }
 }

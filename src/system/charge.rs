@@ -1,0 +1,209 @@
+//! The field of a charged membrane on itself, at a state: what the local energy of [`super::Repulsion`] misses.
+//!
+//! With q = C E the force of the whole field per reference area, the local energy D = (pi C/k)/(lambda mu) accounts for
+//!
+//! ```text
+//! rho0 q_t = dD_l/d eta + rho0' D_l - D_m cos tau,       rho0 q_n = -D_l dtau/d eta - D_m sin tau
+//! ```
+//!
+//! and the rest is what is left at each node at which the equations are collocated.
+
+use super::repulsion::Rest;
+use super::{Coordinate, Kind, Place, System};
+use crate::bvp::{Discretization, Gauss, Problem};
+use crate::physics::screened::{Charged, Ring, on_surface};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Stages more than those of the state, for the shape between mesh points.
+const FINER: usize = 3;
+
+/// The state as polynomials of higher degree: y' is the flow along the polynomial that the collocation solves, twice over. The field
+/// asks for the curvature everywhere, and the collocation knows it at its nodes only.
+fn lifted(system: &System, disc: &Discretization, z: &[f64]) -> (Discretization, Vec<f64>) {
+    let gauss = Arc::new(Gauss::new(disc.gauss.stages() + FINER));
+    let fine = Discretization::new(disc.layout.clone(), gauss, disc.meshes.clone());
+    let k = fine.gauss.stages();
+    let globals = disc.globals(z);
+    let mut out = vec![0.0; fine.unknowns()];
+    out[fine.p()..].copy_from_slice(globals);
+    let mut before = z.to_vec();
+    for pass in 0..2 {
+        let from = if pass == 0 { disc } else { &fine };
+        for (s, piece) in system.pieces.iter().enumerate() {
+            let n = piece.states();
+            let p: Vec<f64> = piece.parameters().iter().map(|&g| globals[g]).collect();
+            let points = (disc.intervals(s) + 1) * n;
+            out[fine.y(s, 0)..fine.y(s, 0) + points].copy_from_slice(&z[disc.y(s, 0)..disc.y(s, 0) + points]);
+            let mut y = [0.0; 4];
+            for i in 0..disc.intervals(s) {
+                for j in 0..k {
+                    let theta = fine.gauss.nodes[j];
+                    from.interpolate(&before, s, i, theta, &mut y[..n]);
+                    let at = fine.k(s, i) + j * n;
+                    system.flow(s, disc.meshes[s][i] + disc.width(s, i) * theta, &y[..n], &p, &mut out[at..at + n]);
+                }
+            }
+        }
+        before.clone_from(&out);
+    }
+    (fine, out)
+}
+
+/// A discrete state as a charged surface of revolution. On a face at a pole the radius grows with the square root of x, so x is squared
+/// there.
+struct Surface<'a> {
+    system: &'a System,
+    disc: &'a Discretization,
+    z: &'a [f64],
+    shapes: Vec<Shape>,
+}
+
+/// What does not change along a piece.
+struct Shape {
+    a: f64,
+    b: f64,
+    apex: f64,
+    breaks: Vec<f64>,
+}
+
+/// The nearest that a place comes to a pole.
+const POLE: f64 = 1e-120;
+
+impl<'a> Surface<'a> {
+    fn new(system: &'a System, disc: &'a Discretization, z: &'a [f64]) -> Self {
+        let globals = disc.globals(z);
+        let shapes = system
+            .pieces
+            .iter()
+            .enumerate()
+            .map(|(s, piece)| {
+                let p: Vec<f64> = piece.parameters().iter().map(|&g| globals[g]).collect();
+                let (a, b) = piece.places(&p);
+                let apex = piece.apex_at(&|g| globals[g]);
+                let breaks = disc.meshes[s].iter().map(|&x| outer(piece.coordinate, x)).collect();
+                Shape { a, b, apex, breaks }
+            })
+            .collect();
+        Surface { system, disc, z, shapes }
+    }
+}
+
+/// x as the surface sees it, and back with its derivative.
+fn outer(coordinate: Coordinate, x: f64) -> f64 {
+    match coordinate {
+        Coordinate::FromPole(order) if order == 2.0 => x.sqrt(),
+        Coordinate::ToPole(order) if order == 2.0 => 1.0 - (1.0 - x).sqrt(),
+        _ => x,
+    }
+}
+
+fn inner(coordinate: Coordinate, x: f64) -> (f64, f64) {
+    match coordinate {
+        Coordinate::FromPole(order) if order == 2.0 => (x * x, 2.0 * x),
+        Coordinate::ToPole(order) if order == 2.0 => (1.0 - (1.0 - x).powi(2), 2.0 * (1.0 - x)),
+        _ => (x, 1.0),
+    }
+}
+
+impl Charged for Surface<'_> {
+    fn pieces(&self) -> usize {
+        self.shapes.len()
+    }
+
+    fn breaks(&self, piece: usize) -> &[f64] {
+        &self.shapes[piece].breaks
+    }
+
+    fn at(&self, s: usize, x: f64) -> Ring {
+        let (piece, shape) = (&self.system.pieces[s], &self.shapes[s]);
+        let (x, by) = inner(piece.coordinate, x.clamp(POLE, 1.0 - f64::EPSILON));
+        let x = x.clamp(POLE, 1.0 - f64::EPSILON);
+        let (interval, theta) = self.disc.locate(s, x);
+        let mut y = [0.0; 4];
+        let n = piece.states();
+        self.disc.interpolate(self.z, s, interval, theta, &mut y[..n]);
+        let (eta, stretch) = piece.coordinate.at(x, shape.a, shape.b);
+        let m = piece.local_shape(&self.system.reference, eta, &y[..n]);
+        let z = match &piece.kind {
+            Kind::Free => y[3],
+            Kind::Contact(face) => shape.apex + face.drop(m.u),
+            Kind::Wall { .. } => f64::NAN,
+        };
+        let along = m.rho0 * stretch * by;
+        Ring { u: m.u, z, du: along * m.lambda * m.cos, dz: along * m.lambda * m.sin, charge: along * m.rho0 }
+    }
+}
+
+/// What the local energy misses on each piece, at the Gauss nodes of a state; nothing where there is no repulsion.
+pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<Vec<Arc<Rest>>> {
+    let repulsion = system.pieces.first()?.repulsion.as_ref()?;
+    let (fine, smooth) = lifted(system, disc, z);
+    let surface = Surface::new(system, &fine, &smooth);
+    let k = disc.gauss.stages();
+    let all: Vec<(usize, usize, usize)> = (0..system.pieces.len())
+        .flat_map(|s| (0..disc.intervals(s)).flat_map(move |i| (0..k).map(move |j| (s, i, j))))
+        .collect();
+    let values: Vec<([f64; 3], [f64; 3])> = all
+        .par_iter()
+        .map(|&(s, i, j)| {
+            let piece = &system.pieces[s];
+            let x = disc.meshes[s][i] + disc.width(s, i) * disc.gauss.nodes[j];
+            let field = on_surface(&surface, repulsion.k, s, outer(piece.coordinate, x));
+            let n = piece.states();
+            let mut y = [0.0; 4];
+            disc.interpolate(z, s, i, disc.gauss.nodes[j], &mut y[..n]);
+            let slopes = &z[disc.k(s, i) + j * n..disc.k(s, i) + (j + 1) * n];
+            let (eta, stretch) = piece.coordinate.at(x, surface.shapes[s].a, surface.shapes[s].b);
+            let m = piece.local(&system.reference, &system.law, eta, &y[..n]);
+            let d = repulsion.derivatives(m.lambda, m.mu);
+            // Slopes are of ln(lambda), ln(mu), tau by x.
+            let [by_l, by_m] = [slopes[0] * m.lambda / stretch, slopes[1] * m.mu / stretch];
+            let turning = if let Kind::Free = piece.kind { slopes[2] / stretch } else { 0.0 };
+            let t = (d.ll * by_l + d.lm * by_m + m.slope0 * d.l - d.m * m.cos) / m.rho0;
+            let normal = (-d.l * turning - d.m * m.sin) / m.rho0;
+            let c = repulsion.coupling;
+            let radial = c * field.radial - (t * m.cos + normal * m.sin);
+            let axial = c * field.axial - (t * m.sin - normal * m.cos);
+            // How much of a traction arrives in ln(lambda) and tau.
+            let r = &m.response;
+            let effect = m.rho0 * stretch * disc.width(s, i) / r.w_l.abs().min(m.lambda * r.w_ll.abs());
+            ([radial / m.rho0, axial, 0.5 * c * field.potential], [c * field.error, effect, m.rho0])
+        })
+        .collect();
+    let mut rest = values.into_iter();
+    let pieces = (0..system.pieces.len()).map(|s| {
+        let (values, others): (Vec<_>, Vec<_>) = rest.by_ref().take(disc.intervals(s) * k).unzip();
+        let error = others.iter().fold(0.0, |a, o| f64::max(a, o[0]));
+        let unresolved = (values.chunks(k).zip(others.chunks(k)))
+            .enumerate()
+            .map(|(i, (v, o))| {
+                let largest = |i: usize| o.iter().fold(0.0, |a, o| f64::max(a, o[i]));
+                let unknown = |place| matches!(place, Place::Unknown(_));
+                let edge = (i == 0 && unknown(system.pieces[s].from))
+                    || (i + 1 == disc.intervals(s) && unknown(system.pieces[s].to));
+                Rest::hidden(&disc.gauss, v, largest(2), edge) * largest(1)
+            })
+            .collect();
+        let radii = others.iter().map(|o| o[2]).collect();
+        Arc::new(Rest { gauss: disc.gauss.clone(), mesh: disc.meshes[s].clone(), values, radii, error, unresolved })
+    });
+    Some(pieces.collect())
+}
+
+/// Puts newly computed tractions on the pieces. Returns the largest change.
+pub fn renew(system: &mut System, rests: Vec<Arc<Rest>>) -> f64 {
+    let mut change: f64 = 0.0;
+    for (piece, rest) in system.pieces.iter_mut().zip(rests) {
+        let Some(repulsion) = &mut piece.repulsion else { continue };
+        let k = rest.gauss.stages();
+        for (at, value) in rest.values.iter().enumerate() {
+            let (i, j) = (at / k, at % k);
+            let x = rest.mesh[i] + (rest.mesh[i + 1] - rest.mesh[i]) * rest.gauss.nodes[j];
+            let old = repulsion.rest.as_ref().map_or([0.0; 3], |old| old.at(x));
+            change = change.max(((value[0] - old[0]) * rest.radii[at]).hypot(value[1] - old[1]));
+        }
+        repulsion.rest = Some(rest);
+    }
+    change
+}
