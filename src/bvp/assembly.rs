@@ -157,6 +157,8 @@ struct Chain {
     vectors: Vec<f64>,
     /// Rows R | E (y_0) | F (y_{i+1}) | G (P) of that step, n x (3n + m).
     rows: Vec<f64>,
+    /// Factor of each row of (5), which makes the coefficients of its two ends a row of length 1, N x n.
+    scale: Vec<f64>,
     /// Row combinations w R^{-1} by which y_i leaves the quadratures, q x n.
     leave: Vec<f64>,
 }
@@ -442,6 +444,7 @@ impl Chain {
             adjoint: vec![0.0; steps * kn * out],
             vectors: vec![0.0; steps * n * 2 * n],
             rows: vec![0.0; steps * n * cols],
+            scale: vec![0.0; steps * n],
             leave: vec![0.0; steps * q * n],
         };
         let mut stage = vec![0.0; n];
@@ -533,16 +536,22 @@ impl Chain {
                     }
                 }
             }
+            // Rows of one length: reflections mix them, and a mode that grows across an interval must not drown the others.
+            for r in 0..n {
+                let grown: f64 = transfer[r * width..r * width + n].iter().map(|v| v * v).sum();
+                chain.scale[i * n + r] = (1.0 + grown).sqrt().recip();
+            }
+            let scale = &chain.scale[i * n..(i + 1) * n];
             let span = 2 * n + m;
             if i == 0 {
                 // -T y_0 + y_1 - U P = c, and the quadratures on y_0
                 for r in 0..n {
                     for c in 0..n {
-                        relation[r * span + c] = -transfer[r * width + c];
-                        relation[r * span + n + c] = if r == c { 1.0 } else { 0.0 };
+                        relation[r * span + c] = -transfer[r * width + c] * scale[r];
+                        relation[r * span + n + c] = if r == c { scale[r] } else { 0.0 };
                     }
                     for c in 0..m {
-                        relation[r * span + 2 * n + c] = -transfer[r * width + n + c];
+                        relation[r * span + 2 * n + c] = -transfer[r * width + n + c] * scale[r];
                     }
                 }
                 for b in 0..q {
@@ -573,11 +582,11 @@ impl Chain {
                 top[3 * n..].copy_from_slice(&relation[r * span + 2 * n..(r + 1) * span]);
                 let low = &mut stacked[(n + r) * cols..(n + r + 1) * cols];
                 for c in 0..n {
-                    low[c] = -transfer[r * width + c];
+                    low[c] = -transfer[r * width + c] * scale[r];
                 }
-                low[2 * n + r] = 1.0;
+                low[2 * n + r] = scale[r];
                 for c in 0..m {
-                    low[3 * n + c] = -transfer[r * width + n + c];
+                    low[3 * n + c] = -transfer[r * width + n + c] * scale[r];
                 }
             }
             let vectors = &mut chain.vectors[i * n * 2 * n..(i + 1) * n * 2 * n];
@@ -663,6 +672,7 @@ impl Chain {
             for b in 0..q {
                 sums[b] += c[n + b];
             }
+            c.iter_mut().zip(&self.scale[i * n..(i + 1) * n]).for_each(|(v, scale)| *v *= scale);
             if i == 0 {
                 last.copy_from_slice(&c[..n]);
                 continue;

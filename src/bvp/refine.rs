@@ -30,8 +30,9 @@ pub fn equidistribute(disc: &Discretization, estimate: &Estimate, factor: f64, l
                 .map(|i| {
                     let ends = (estimate.injected[s][i].max(ROUNDING) / wanted).powf(1.0 / (2.0 * k + 1.0));
                     let inside = (estimate.local[s][i] / TRUSTED).powf(1.0 / (k + 1.0));
-                    // Of first order, and worse where the data are singular: cut in as many pieces as may help.
-                    let given = (estimate.unresolved[s][i] / wanted).sqrt();
+                    // Where the data are singular a cut helps little, so many are made; where they are smooth, a join costs much.
+                    let hidden = estimate.unresolved[s][i] / wanted;
+                    let given = hidden.powf(if hidden > 1.0 { 0.5 } else { 1.0 / (k + 1.0) });
                     ends.max(inside).max(given).clamp(0.1, 8.0)
                 })
                 .collect();
