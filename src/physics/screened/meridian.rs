@@ -28,9 +28,17 @@ const ROUND: [f64; 3] = [5.1, 2.4, 1.66];
 const DECAY: [f64; 3] = [2.0, 6.0, 18.0];
 /// k times length of the first panel.
 pub const FIRST: f64 = 1.5;
-/// Halvings of a panel, and panels refused around a target, after which panels are taken as they are.
+/// Halvings of a panel after which it is taken as it is.
 const HALVINGS: usize = 50;
+/// Panels refused around a target after which panels are taken whatever their estimated error, as on rough curves; and those after
+/// which they are taken whatever their shape, as where the curve is not a number.
 const REFUSED: usize = 600;
+const LOST: usize = 20_000;
+/// Error of the first panel per error of the interpolated density: 2 int dx/x from its first node.
+const SINGULAR: f64 = 80.0;
+/// Relative error of the interpolation that is rounding, and the one below which it is taken for noise if it does not fall.
+const GRAIN: f64 = 5e-15;
+const COARSE: f64 = 1e-6;
 /// Least length in x of a panel; one that is not longer is taken as it is.
 const SHORTEST: f64 = 1e-15;
 
@@ -150,8 +158,8 @@ impl<'a, C: Charged> Walk<'a, C> {
             h = whole;
         }
         self.offset = Some([0.0; 2]);
-        let mut halvings = 0;
-        while !self.start(first, sign * h, pole, halvings >= HALVINGS || self.refused > REFUSED) {
+        let (mut halvings, mut rough) = (0, f64::INFINITY);
+        while !self.start(first, sign * h, pole, &mut rough, halvings >= HALVINGS || self.refused > REFUSED) {
             h *= 0.5;
             self.refused += 1;
             halvings += 1;
@@ -165,8 +173,9 @@ impl<'a, C: Charged> Walk<'a, C> {
         pole
     }
 
-    /// The panel at the target, of signed length `step` in x.
-    fn start(&mut self, at: &Stretch, step: f64, pole: [f64; 2], must: bool) -> bool {
+    /// The panel at the target, of signed length `step` in x. It knows the curve by interpolation; `rough` is what that missed in the
+    /// last attempt, and becomes what it misses in this one.
+    fn start(&mut self, at: &Stretch, step: f64, pole: [f64; 2], rough: &mut f64, must: bool) -> bool {
         let (samples, mapped) = (&RULES.plain[2], &RULES.mapped);
         let (n, m, length, sign) = (mapped.x.len(), samples.x.len(), step.abs(), step.signum());
         let mut known = [[0.0; 16]; 4];
@@ -174,6 +183,15 @@ impl<'a, C: Charged> Walk<'a, C> {
             let r = self.curve.at(at.piece, at.from + step * x);
             (known[0][i], known[1][i], known[2][i], known[3][i]) =
                 (sign * r.du, sign * r.dz, per_radius(&r), speed(&r));
+        }
+        let speeds = dot(&samples.w, &known[3]);
+        let charge = dot(&samples.w, &known[2].map(f64::abs)) / speeds;
+        let [u, z, density, g] = [0, 1, 2, 3].map(|c| samples.tail(&known[c]) / speeds);
+        let missing = SINGULAR * (density + charge * (u + z + g));
+        let before = std::mem::replace(rough, missing);
+        let noise = missing > 0.25 * before && missing < COARSE * SINGULAR * charge;
+        if !must && !noise && !(missing <= self.tolerance[0] + GRAIN * SINGULAR * charge) {
+            return false;
         }
         let mut values = [[0.0; 24]; 3];
         for i in 0..n {
@@ -192,6 +210,9 @@ impl<'a, C: Charged> Walk<'a, C> {
         }
         let along = |f: &[f64; 16]| length * dot(&samples.w, f);
         self.last = along(&known[3]);
+        for (error, scale) in self.error.iter_mut().zip([1.0, 1.0, self.last]) {
+            *error += scale * missing;
+        }
         let log = (self.k * self.last).ln();
         for c in 0..2 {
             self.sum[c] += pole[c] * log;
@@ -216,7 +237,7 @@ impl<'a, C: Charged> Walk<'a, C> {
             let (end, next) = loop {
                 let end = if step < rest { at + sign * step } else { stretch.to };
                 let next = self.curve.at(stretch.piece, end);
-                let must = halvings >= HALVINGS || self.refused > REFUSED || step < SHORTEST;
+                let must = halvings >= HALVINGS || self.refused > LOST || step < SHORTEST;
                 if self.panel(stretch.piece, [at, end], [&ring, &next], must) {
                     break (end, next);
                 }
@@ -248,6 +269,7 @@ impl<'a, C: Charged> Walk<'a, C> {
         }
         let fits = |i: usize| ends >= ROUND[i] * length && self.k * length <= DECAY[i];
         let Some(first) = (0..3).find(|&i| fits(i)).or(must.then_some(2)) else { return false };
+        let must = must || self.refused > REFUSED;
         (first..3).any(|i| self.gauss(&RULES.plain[i], piece, [from, to], must && i == 2))
     }
 

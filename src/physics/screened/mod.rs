@@ -13,7 +13,8 @@
 //! than the curvature it is a remainder of order curvature/k of parts of order one that cancel.
 //!
 //! Limits: the meridian must have a continuous tangent and a continuous charge per area (else the principal value does not exist;
-//! the error then contains a jump at the target) and du/dx, dz/dx must not both vanish at a target. Sheets closer to each other than 1e-7 of
+//! the error then contains a jump at the target) and du/dx, dz/dx must not both vanish at a target. Next to the axis charge/u must
+//! be accurate to rounding: it is the density, and the error does not know what it lacks. Sheets closer to each other than 1e-7 of
 //! the extent lose digits, and the error says so. The error is that of the integral over the surface as it is given: a slope that
 //! jumps by delta at a break moves E there by about 2 sigma delta ln(1/(k s)), s the distance of the break, and does not show.
 
@@ -69,8 +70,11 @@ pub struct Field {
 /// Distance from a break, and k times distance from the axis, below which a target is moved there.
 const SNAP: f64 = 1e-15;
 const AXIS: f64 = 1e-11;
-/// k times distance from the axis below which the field is interpolated, since rounded radii spoil it.
-const POLAR: f64 = 0.02;
+/// Distance from the axis, as part of the extent and times k, below which the field is interpolated, since rounded radii spoil it.
+/// It has to be short against all features of the meridian, such as a first small contact at the pole.
+const POLAR: [f64; 2] = [1e-7, 0.02];
+/// Part of the largest charge density that sets the accuracy where there is hardly any charge.
+const FAINT: f64 = 0.01;
 
 /// All stretches between breaks, in the order of the meridian.
 fn stretches(curve: &impl Charged) -> Vec<Stretch> {
@@ -82,20 +86,20 @@ fn stretches(curve: &impl Charged) -> Vec<Stretch> {
     all
 }
 
-/// Extent of a meridian.
-fn extent(curve: &impl Charged, all: &[Stretch]) -> f64 {
-    let (mut low, mut high, mut wide) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
-    for stretch in all {
-        let ring = curve.at(stretch.piece, stretch.from);
+/// Extent of a meridian and largest absolute charge density, from one ring within each stretch and both ends.
+fn extent(curve: &impl Charged, all: &[Stretch]) -> [f64; 2] {
+    let ends = [all.first().map(|s| (s.piece, s.from)), all.last().map(|s| (s.piece, s.to))];
+    let within = all.iter().map(|s| (s.piece, 0.5 * (s.from + s.to)));
+    let (mut low, mut high, mut wide, mut most) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64, 0.0_f64);
+    for (piece, x) in within.chain(ends.into_iter().flatten()) {
+        let ring = curve.at(piece, x);
         (low, high, wide) = (low.min(ring.z), high.max(ring.z), wide.max(ring.u));
+        most = most.max(density(&ring).abs());
     }
-    if let Some(last) = all.last() {
-        let ring = curve.at(last.piece, last.to);
-        (low, high, wide) = (low.min(ring.z), high.max(ring.z), wide.max(ring.u));
-    }
-    wide.max(0.5 * (high - low))
+    [wide.max(0.5 * (high - low)), most]
 }
 
+/// Charge per area; zero on the axis, where a ring has none.
 fn density(ring: &Ring) -> f64 {
     let area = ring.u * ring.du.hypot(ring.dz);
     if area > 0.0 { ring.charge / area } else { 0.0 }
@@ -104,35 +108,41 @@ fn density(ring: &Ring) -> f64 {
 /// Field at the point `x` of a piece of the surface, as a principal value.
 pub fn on_surface(curve: &impl Charged, k: f64, piece: usize, x: f64) -> Field {
     let all = stretches(curve);
-    let size = extent(curve, &all);
+    let [size, most] = extent(curve, &all);
     let rate = k.max(1.0 / size);
     let u = curve.at(piece, x).u;
-    if u * rate < AXIS || u * rate > POLAR {
-        return principal(curve, k, (piece, x), &all, size);
+    let polar = (POLAR[0] * size).min(POLAR[1] / rate);
+    let direct = |x: f64| principal(curve, k, (piece, x), &all, [size, most]);
+    if u * rate < AXIS || u > polar {
+        return direct(x);
     }
     // near the pole: even and odd polynomials in u through the axis and two other points
     let end = x.round();
     let axis = curve.at(piece, end);
-    let step = (0.5 - end).signum() * POLAR / rate / axis.du.hypot(axis.dz);
-    if !(2.0 * step.abs() < 0.5) {
-        return principal(curve, k, (piece, x), &all, size);
+    let step = (0.5 - end).signum() * polar / axis.du.hypot(axis.dz);
+    if !(2.0 * step.abs() < 0.5 && axis.u * rate < AXIS) {
+        return direct(x);
     }
     let points = [end, end + step, end + 2.0 * step];
     let [u1, u2] = [points[1], points[2]].map(|x| curve.at(piece, x).u);
-    let [f0, f1, f2] = points.map(|x| principal(curve, k, (piece, x), &all, size));
+    let [f0, f1, f2] = points.map(direct);
     let (s, s1, s2) = (u * u, u1 * u1, u2 * u2);
     let blend = |a: f64, b: f64| (a * (s2 - s) + b * (s - s1)) / (s2 - s1);
-    let even = |f: fn(&Field) -> f64| f(&f0) + s * blend((f(&f1) - f(&f0)) / s1, (f(&f2) - f(&f0)) / s2);
+    let slopes = |f: fn(&Field) -> f64| [(f(&f1) - f(&f0)) / s1, (f(&f2) - f(&f0)) / s2];
+    let even = |f: fn(&Field) -> f64| f(&f0) + s * blend(slopes(f)[0], slopes(f)[1]);
+    // what the last terms contribute is more than what the next ones would
+    let (odd, bend) = ([f1.radial / u1, f2.radial / u2], slopes(|f| f.axial));
+    let missing = u * (odd[1] - odd[0]).abs() + s * (bend[1] - bend[0]).abs();
     Field {
-        radial: u * blend(f1.radial / u1, f2.radial / u2),
+        radial: u * blend(odd[0], odd[1]),
         axial: even(|f| f.axial),
         potential: even(|f| f.potential),
-        error: f0.error + (u / u1).min(1.0) * f1.error.max(f2.error) + 0.05 * POLAR.powi(5) * f0.axial.abs(),
+        error: f0.error + (u / u1).min(1.0) * f1.error.max(f2.error) + missing,
     }
 }
 
-/// Field at the place (piece, x) from the sources themselves.
-fn principal(curve: &impl Charged, k: f64, (piece, x): (usize, f64), all: &[Stretch], size: f64) -> Field {
+/// Field at the place (piece, x) from the sources themselves; `most` is the largest charge density.
+fn principal(curve: &impl Charged, k: f64, (piece, x): (usize, f64), all: &[Stretch], [size, most]: [f64; 2]) -> Field {
     let mut here = curve.at(piece, x);
     // stretches before and after the target, from it outwards
     let (mut before, mut after): (Vec<_>, Vec<_>) = (Vec::new(), Vec::new());
@@ -173,7 +183,7 @@ fn principal(curve: &impl Charged, k: f64, (piece, x): (usize, f64), all: &[Stre
     } else {
         density(&here)
     };
-    let scale = Scale { density: local, size, field: (1.0 / (k * size)).min(1.0) };
+    let scale = Scale { density: local.abs().max(FAINT * most), size, field: (1.0 / (k * size)).min(1.0) };
     let mut walk = Walk::new(curve, k, [here.u, here.z], 0.0, &scale);
     let reach = (meridian::FIRST / k).min(0.5 * size).min(if axis { f64::INFINITY } else { 0.7 * here.u });
     let mut jump = [0.0; 2];
@@ -200,9 +210,9 @@ const DIGITS: f64 = 1e-12;
 /// Field at a point off the surface, which may be as near to it as 1e-4 of its extent and nearer.
 pub fn near(curve: &impl Charged, k: f64, u: f64, z: f64) -> Field {
     let all = stretches(curve);
-    let size = extent(curve, &all);
+    let [size, most] = extent(curve, &all);
     let (nearest, ring) = nearest(curve, &all, [u, z]);
-    let scale = Scale { density: density(&ring), size, field: (-k * nearest).exp() };
+    let scale = Scale { density: density(&ring).abs().max(FAINT * most), size, field: (-k * nearest).exp() };
     let mut walk = Walk::new(curve, k, [u, z], nearest, &scale);
     for stretch in &all {
         walk.stretch(stretch, f64::INFINITY);

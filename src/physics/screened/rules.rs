@@ -83,6 +83,11 @@ impl Rule {
         let error = if tail > 0.0 { tail * (SAFETY * tail / head).min(1.0) } else { 0.0 };
         (dot(&self.w, f), error)
     }
+
+    /// The larger of the last two Legendre coefficients of a function given at the nodes: what interpolation between them may miss.
+    pub fn tail(&self, f: &[f64]) -> f64 {
+        dot(&self.ends[2], f).abs().max(dot(&self.ends[3], f).abs())
+    }
 }
 
 /// Factor upon the estimated error of a rule.

@@ -6,6 +6,8 @@ use serde_json::Value;
 
 use super::*;
 
+mod small;
+
 type Curve = Box<dyn Fn(f64) -> [f64; 4]>;
 
 /// Pieces given by (u, z, u', z') of a parameter, with a charge per area or per parameter.
