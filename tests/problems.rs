@@ -32,14 +32,14 @@ fn every_branch_is_solved_and_proved() {
             assert!(proof.is_admissible(), "{place}");
             assert!(proof.first_integral <= BALANCE, "{place}");
             assert!(proof.force_balance <= BALANCE, "{place}");
-            assert!(proof.identities <= BALANCE, "{place}");
-            assert!(proof.virtual_work <= WORK, "{place}");
+            assert!(proof.identities <= BALANCE.max(model.accuracy), "{place}");
+            assert!(proof.virtual_work <= WORK.max(1e4 * model.accuracy), "{place}");
             let infinite = &point.solution.infinite;
             assert_eq!(infinite.iter().any(|name| name.ends_with("lambda")), tip, "{place}: {infinite:?}");
             for (q, m) in model.quantities.iter().zip(&point.solution.quantities) {
                 let Some(m) = m else { continue };
                 assert!(m.value.is_finite() && m.error.is_finite(), "{place}: {}", q.name);
-                let allowed = (model.accuracy * m.value.abs()).max(1e-13);
+                let allowed = (model.accuracy * m.value.abs()).max(1e-12);
                 assert!(m.error <= allowed, "{place}: {} = {} claims {}", q.name, m.value, m.error);
             }
         }

@@ -195,18 +195,24 @@ pub enum Singular {
 /// # Errors
 /// [`Singular`] where a block inside a segment has no inverse, or something is not finite.
 pub fn matching<P: Problem>(problem: &P, disc: &Discretization, z: &[f64]) -> Result<Vec<f64>, Singular> {
-    condense(problem, disc, z).map(|c| c.1)
+    condense(problem, disc, z, false).map(|c| c.1)
 }
 
-/// Eliminates the segments: their factors, and the matching system.
-fn condense<P: Problem>(problem: &P, disc: &Discretization, z: &[f64]) -> Result<(Vec<Chain>, Vec<f64>), Singular> {
+/// Eliminates the segments: their factors, and the matching system. With `even`, the rows between intervals are brought to one
+/// length.
+fn condense<P: Problem>(
+    problem: &P,
+    disc: &Discretization,
+    z: &[f64],
+    even: bool,
+) -> Result<(Vec<Chain>, Vec<f64>), Singular> {
     let layout = &disc.layout;
     let size = layout.slots();
     let mut matrix = vec![0.0; size * size];
     let mut chains = Vec::with_capacity(layout.segments.len());
     let mut row = 0;
     for s in 0..layout.segments.len() {
-        chains.push(Chain::eliminate(problem, disc, z, s, &mut matrix, &mut row)?);
+        chains.push(Chain::eliminate(problem, disc, z, s, even, &mut matrix, &mut row)?);
     }
     let slot_index = disc.slot_index();
     let mut values = vec![];
@@ -235,8 +241,21 @@ impl Linearization {
     /// # Errors
     /// [`Singular`] names the block that has no inverse in floating point or is not finite.
     pub fn new<P: Problem>(problem: &P, disc: &Discretization, z: &[f64]) -> Result<Self, Singular> {
+        Linearization::with_rows(problem, disc, z, false)
+    }
+
+    /// The same with the rows between intervals brought to one length: on strongly graded meshes, where a mode that grows across
+    /// an interval drowns the others, iterative refinement converges with these factors and not with those.
+    ///
+    /// # Errors
+    /// As [`Linearization::new`].
+    pub fn even<P: Problem>(problem: &P, disc: &Discretization, z: &[f64]) -> Result<Self, Singular> {
+        Linearization::with_rows(problem, disc, z, true)
+    }
+
+    fn with_rows<P: Problem>(problem: &P, disc: &Discretization, z: &[f64], even: bool) -> Result<Self, Singular> {
         let size = disc.layout.slots();
-        let (chains, matrix) = condense(problem, disc, z)?;
+        let (chains, matrix) = condense(problem, disc, z, even)?;
         let (mut matching, mut vectors) = (matrix.clone(), vec![0.0; size * size]);
         householder(&mut matching, size, size, size, &mut vectors);
         if (0..size).any(|i| matching[i * size + i] == 0.0) {
@@ -425,6 +444,7 @@ impl Chain {
         disc: &Discretization,
         z: &[f64],
         s: usize,
+        even: bool,
         matrix: &mut [f64],
         row: &mut usize,
     ) -> Result<Chain, Singular> {
@@ -539,7 +559,7 @@ impl Chain {
             // Rows of one length: reflections mix them, and a mode that grows across an interval must not drown the others.
             for r in 0..n {
                 let grown: f64 = transfer[r * width..r * width + n].iter().map(|v| v * v).sum();
-                chain.scale[i * n + r] = (1.0 + grown).sqrt().recip();
+                chain.scale[i * n + r] = if even { (1.0 + grown).sqrt().recip() } else { 1.0 };
             }
             let scale = &chain.scale[i * n..(i + 1) * n];
             let span = 2 * n + m;

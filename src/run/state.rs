@@ -53,6 +53,8 @@ pub enum Halt {
 const MOST_INTERVALS: usize = 3000;
 /// Rounds of refinement.
 const ROUNDS: usize = 9;
+/// A change by the last refinement of a tangent above this tells that its factors are not good enough.
+const REFINED: f64 = 1e-6;
 /// Times that the field of a charged membrane is brought up to date on one mesh.
 const SWEEPS: usize = 12;
 /// A change of that field by less than this part of the accuracy asked for, relative to the tension over the radius, is none.
@@ -217,7 +219,12 @@ fn tangent(system: &System, disc: &Discretization, z: &[f64], factors: &Lineariz
     let mut rhs = Residual::zero(disc);
     *rhs.conditions.last_mut().expect("a closing condition") = -1.0;
     let mut delta = vec![0.0; disc.unknowns()];
-    factors.solve_refined(system, disc, z, &rhs, 1e-9, &mut delta);
+    let change = factors.solve_refined(system, disc, z, &rhs, 1e-9, &mut delta);
+    if !(change < REFINED)
+        && let Ok(even) = Linearization::even(system, disc, z)
+    {
+        even.solve_refined(system, disc, z, &rhs, 1e-9, &mut delta);
+    }
     delta
 }
 

@@ -119,7 +119,7 @@ impl Certificate {
                 Kind::Free | Kind::Wall { .. } => crate::system::Probe::Quadrature(s, 1),
                 Kind::Contact(_) => crate::system::Probe::SweptVolume(s),
             };
-            let v = volume.value(&view.system, &|slot| view.slot(slot));
+            let v = volume.value(view.system, &|slot| view.slot(slot));
             work += p * along(v);
             size += (p * along(v)).abs();
         }

@@ -31,7 +31,7 @@ pub const SCATTERED: usize = 2;
 pub const ROUNDING: usize = 3;
 
 /// The estimate of the discretisation error is asymptotically exact ..
-const SAFETY: f64 = 2.0;
+const SAFETY: f64 = 2.5;
 /// .. and neglects a part of what each interval contributes, which stands out where the contributions cancel.
 const NEGLECTED: f64 = 0.2;
 /// One sample of rounding errors with random signs; their worst sum may be several times larger.

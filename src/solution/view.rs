@@ -1,6 +1,6 @@
 //! A state as formulas see it: the value of every probe, on numbers that carry directions.
 
-use super::{Carried, ERROR};
+use super::{Carried, ERROR, ROUNDING};
 use crate::bvp::{Discretization, Estimate, quadratures_along, value_at};
 use crate::model::Model;
 use crate::physics::material::Energy;
@@ -8,6 +8,10 @@ use crate::physics::membrane::Local;
 use crate::scalar::Scalar;
 use crate::system::{Coordinate, Field, Formula, Kind, Probe, Side, System, tip_coefficient};
 use std::cell::OnceCell;
+
+/// The estimated error of a tip coefficient has been seen to fall short by this, in its logarithm: it is read where the stretches are
+/// powers of a distance of many decades.
+const READING: f64 = 3e-12;
 
 /// A state and what has been computed of it.
 pub struct View<'a> {
@@ -206,6 +210,7 @@ impl<'a> View<'a> {
         let ln_lambda = self.state[self.disc.y(s, middle)];
         let (mut ln_c, missed) = tip_coefficient(face.tip_inclination().cos(), ln_phi, ln_lambda)?;
         ln_c.du[ERROR] += missed;
+        ln_c.du[ROUNDING] += READING;
         Some(ln_c.exp())
     }
 

@@ -92,16 +92,16 @@ impl<'a> Surface<'a> {
 /// x as the surface sees it, and back with its derivative.
 fn outer(coordinate: Coordinate, x: f64) -> f64 {
     match coordinate {
-        Coordinate::FromPole(order) if order == 2.0 => x.sqrt(),
-        Coordinate::ToPole(order) if order == 2.0 => 1.0 - (1.0 - x).sqrt(),
+        Coordinate::FromPole(2.0) => x.sqrt(),
+        Coordinate::ToPole(2.0) => 1.0 - (1.0 - x).sqrt(),
         _ => x,
     }
 }
 
 fn inner(coordinate: Coordinate, x: f64) -> (f64, f64) {
     match coordinate {
-        Coordinate::FromPole(order) if order == 2.0 => (x * x, 2.0 * x),
-        Coordinate::ToPole(order) if order == 2.0 => (1.0 - (1.0 - x).powi(2), 2.0 * (1.0 - x)),
+        Coordinate::FromPole(2.0) => (x * x, 2.0 * x),
+        Coordinate::ToPole(2.0) => (1.0 - (1.0 - x).powi(2), 2.0 * (1.0 - x)),
         _ => (x, 1.0),
     }
 }
