@@ -163,7 +163,7 @@ impl Piece {
         p
     }
 
-    /// The force of each load per reference area, away from the axis and downwards, at eta; `rest` as [`Piece::ends`] leaves it.
+    /// The force of each load per reference area, away from the axis and downwards, at eta; `rest`: the parameters without the places.
     pub fn forces<S: Scalar>(
         &self,
         reference: &Sphere,
