@@ -1,6 +1,6 @@
 //! The initial state: the fluid alone, no body, in closed form.
 
-use super::binder::Names;
+use super::names::Names;
 use super::tractions::sphere_repulsion;
 use crate::diagnostic::Diagnostic;
 use crate::physics::material::{Energy, Gent, Law, MooneyRivlin, NeoHookean, Skalak};

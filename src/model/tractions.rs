@@ -1,6 +1,6 @@
 //! Tractions besides pressure: what each is, and on which pieces it acts.
 
-use super::binder::Names;
+use super::names::Names;
 use super::{bracket, token};
 use crate::diagnostic::Diagnostic;
 use crate::expr::nearest;

@@ -1,0 +1,183 @@
+//! The conditions of ends and joints.
+//!
+//! Those of the catalogue are put together as formulas, with the text that says the same in the words of a file; those that the file
+//! writes itself are read like any other equation. Both go into the system and the ledger in the same order.
+
+use super::bodies::Edge;
+use crate::diagnostic::Diagnostic;
+use crate::expr::{Builder, ExprError, Node};
+use crate::model::ledger::Ledger;
+use crate::model::names::{Binder, Names};
+use crate::model::{bracket, token};
+use crate::spec::{Equation, Formula, KinkLaw, Number};
+use crate::system::{Coordinate, Field, Kind, Side, System};
+use indexmap::IndexMap;
+use std::f64::consts::PI;
+
+/// Puts a formula together.
+type Make<'m> = dyn Fn(&mut Builder, &mut Binder) -> Result<Node, Vec<ExprError>> + 'm;
+
+/// Where the conditions go.
+pub(super) struct Conditions<'w, 'a> {
+    pub(super) system: &'w mut System,
+    pub(super) ledger: &'w mut Ledger,
+    pub(super) names: &'w mut Names<'a>,
+    pub(super) errors: &'w mut Vec<Diagnostic>,
+}
+
+impl Conditions<'_, '_> {
+    /// A condition of the catalogue.
+    fn add(&mut self, name: String, text: String, origin: &str, make: &Make<'_>) {
+        if let Some(f) = self.names.build(self.system, true, make) {
+            self.system.conditions.push(f);
+        }
+        self.ledger.condition(name, text, origin.to_owned());
+    }
+
+    /// An equation, with the place of its mistakes.
+    fn read(&mut self, name: String, text: &str, origin: &str, at: &str) {
+        if let Some(f) = self.names.equation(self.system, text, at, true, self.errors) {
+            self.system.conditions.push(f);
+            self.ledger.condition(name, text.to_owned(), origin.to_owned());
+        }
+    }
+
+    /// A field at an end of a piece has a value.
+    fn fixed(&mut self, piece: usize, side: Side, field: Field, value: f64, [name, text, origin]: [String; 3]) {
+        self.add(name, text, &origin, &|b, x| {
+            let (field, value) = (x.end(b, piece, side, field), b.constant(value));
+            Ok(b.sub(field, value))
+        });
+    }
+
+    /// A pole at an end of a piece.
+    pub(super) fn pole(&mut self, i: usize, side: Side) {
+        let piece = self.system.pieces[i].clone();
+        let end = format!("{}.{}", piece.name, if side == Side::Start { "start" } else { "end" });
+        let origin = "end (Pole)";
+        if matches!(piece.coordinate, Coordinate::FromTip(_) | Coordinate::ToTip(_)) {
+            let text = format!("d ln(mu/lambda)/d eta = 0 at {end}, the state that reaches the tip");
+            self.add(format!("{end}: u = 0 (tip)"), text, origin, &|b, x| Ok(x.end(b, i, side, Field::TipDrift)));
+            return;
+        }
+        let text = format!("{end}.lambda = {end}.mu, the regular state of u = 0");
+        self.add(format!("{end}: u = 0"), text, origin, &|b, x| {
+            let (l, r) = (x.end(b, i, side, Field::Lambda), x.end(b, i, side, Field::Mu));
+            Ok(b.sub(l, r))
+        });
+        if matches!(piece.kind, Kind::Free) {
+            let (value, word) = if side == Side::Start { (0.0, "0") } else { (PI, "pi") };
+            let said = [format!("{end}: tau = {word}"), format!("{end}.tau = {word}"), origin.to_owned()];
+            self.fixed(i, side, Field::Tau, value, said);
+        }
+    }
+
+    /// A mirror plane behind the last piece.
+    pub(super) fn mirror(&mut self, i: usize, h: &Number, at: &str) {
+        let end = format!("{}.end", self.system.pieces[i].name);
+        let origin = "end (Mirror)";
+        let said = [format!("{end}: tau = pi/2"), format!("{end}.tau = pi/2"), origin.to_owned()];
+        self.fixed(i, Side::End, Field::Tau, PI / 2.0, said);
+        let value = self.names.constant(h, at, self.errors).unwrap_or(0.0);
+        self.add(format!("{end}: h"), format!("{end}.h = {}", bracket(h)), origin, &|b, x| {
+            let h = x.h(b, i, Side::End)?;
+            let v = b.constant(value);
+            Ok(b.sub(h, v))
+        });
+    }
+
+    /// A smooth contact edge behind a piece.
+    pub(super) fn smooth(&mut self, before: usize) {
+        let [a, b] = [before, before + 1].map(|i| self.system.pieces[i].name.clone());
+        let origin = "joint (Smooth)";
+        let said = |what: &str| (format!("{a}/{b}: {what} continuous"), format!("{a}.end.{what} = {b}.start.{what}"));
+        for (what, field) in [("u", Field::Mu), ("tau", Field::Tau), ("lambda", Field::Lambda)] {
+            let (name, text) = said(what);
+            self.add(name, text, origin, &|b, x| {
+                let (l, r) = (x.end(b, before, Side::End, field), x.end(b, before + 1, Side::Start, field));
+                Ok(b.sub(l, r))
+            });
+        }
+        let (name, text) = said("h");
+        self.add(name, text, origin, &|b, x| {
+            let (l, r) = (x.h(b, before, Side::End)?, x.h(b, before + 1, Side::Start)?);
+            Ok(b.sub(l, r))
+        });
+    }
+
+    /// A sharp rigid edge behind a piece: both sides at its u and h as far as their faces do not satisfy that already, then its law.
+    pub(super) fn kink(&mut self, before: usize, name: &str, body: usize, edge: &Edge, law: &KinkLaw, at: &str) {
+        let radius = edge.radius;
+        for (piece, side, end, which) in
+            [(before, Side::End, "end", "before"), (before + 1, Side::Start, "start", "after")]
+        {
+            let end = format!("{}.{end}", self.system.pieces[piece].name);
+            let origin = "joint (Kink)";
+            if !matches!(self.system.pieces[piece].kind, Kind::Wall { .. }) {
+                let said = [format!("{name}: u {which}"), format!("{end}.u = {radius}"), origin.to_owned()];
+                self.fixed(piece, side, Field::U, radius, said);
+            }
+            self.add(format!("{name}: h {which}"), format!("{end}.h = {name}.h"), origin, &|b, x| {
+                let (h, at) = (x.h(b, piece, side)?, x.body_h(b, body)?);
+                Ok(b.sub(h, at))
+            });
+        }
+        match law {
+            KinkLaw::Frictionless => {
+                let side = |s: &str| format!("{name}.{s}.lambda*{name}.{s}.w_l - {name}.{s}.w");
+                let text = format!("{} = {}", side("before"), side("after"));
+                let what = format!("{name}: frictionless, lambda w_l - w continuous");
+                self.read(what, &text, "joint (Kink, Frictionless)", at);
+            }
+            KinkLaw::Stuck => {
+                let text = format!("{name}.phi = {:?}", edge.phi);
+                self.read(format!("{name}: stuck where it first touched"), &text, "joint (Kink, Stuck)", at);
+            }
+            KinkLaw::StuckAt(place) => {
+                // The place is an equation in the local phi or S at the edge.
+                let text = local_to_edge(place.as_str(), name);
+                let at = format!("{at}/Kink/law/StuckAt");
+                self.read(format!("{name}: stuck"), &text, "joint (Kink, StuckAt)", &at);
+            }
+            KinkLaw::Conditions(list) => {
+                for (what, text) in list {
+                    let at = format!("{at}/Kink/law/Conditions/{}", token(what));
+                    self.read(what.clone(), text.as_str(), "joint (Kink, Conditions)", &at);
+                }
+            }
+            KinkLaw::Capstan { .. } => {}
+        }
+    }
+
+    /// A joint with what is written and nothing else.
+    pub(super) fn joint(
+        &mut self,
+        name: &str,
+        continuous: &[Formula],
+        conditions: &IndexMap<String, Equation>,
+        at: &str,
+    ) {
+        let origin = "joint (Joint)";
+        for (k, field) in continuous.iter().enumerate() {
+            let field = field.as_str();
+            let text = format!("{name}.before.{field} = {name}.after.{field}");
+            self.read(format!("{name}: {field} continuous"), &text, origin, &format!("{at}/Joint/continuous/{k}"));
+        }
+        for (what, text) in conditions {
+            self.read(what.clone(), text.as_str(), origin, &format!("{at}/Joint/conditions/{}", token(what)));
+        }
+    }
+}
+
+/// `phi = ..` or `S = ..` at an edge: the local name becomes that of the edge.
+fn local_to_edge(text: &str, edge: &str) -> String {
+    let trimmed = text.trim_start();
+    for field in ["phi", "S"] {
+        if let Some(rest) = trimmed.strip_prefix(field)
+            && rest.trim_start().starts_with('=')
+        {
+            return format!("{edge}.{field}{rest}");
+        }
+    }
+    text.to_owned()
+}

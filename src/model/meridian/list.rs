@@ -1,0 +1,231 @@
+//! The list of elements, read: segments, and what joins each two of them.
+
+use crate::diagnostic::Diagnostic;
+use crate::expr::nearest;
+use crate::model::Presence;
+use crate::spec::{self, Element, KinkLaw, Number, Problem, Shape};
+
+/// A segment of the list.
+pub(super) struct Segment {
+    pub(super) at: usize,
+    pub(super) name: String,
+    /// The body it lies on, and the face of that body where it has several.
+    pub(super) body: Option<(usize, Option<String>)>,
+    pub(super) outside: Option<Number>,
+}
+
+/// A joint of the list.
+pub(super) struct Joint<'a> {
+    pub(super) at: usize,
+    pub(super) kind: JointKind<'a>,
+}
+
+/// What joins two segments.
+pub(super) enum JointKind<'a> {
+    /// A smooth contact edge.
+    Smooth,
+    /// A sharp rigid edge: its name, its body, its law.
+    Kink(&'a str, usize, &'a KinkLaw),
+    /// Exactly what is written.
+    Written(&'a str, &'a [spec::Formula], &'a indexmap::IndexMap<String, spec::Equation>),
+}
+
+/// The list, read.
+pub(super) struct List<'a> {
+    pub(super) first: &'a Element,
+    pub(super) segments: Vec<Segment>,
+    /// One between each two segments.
+    pub(super) joints: Vec<Joint<'a>>,
+    pub(super) last: &'a Element,
+    pub(super) last_at: usize,
+    /// Names of segments and joints that are absent in this stage.
+    pub(super) absent: Vec<String>,
+}
+
+/// The body and the face that a name such as `cone` or `pipette.wall` means.
+fn face_of(problem: &Problem, name: &str) -> Option<(usize, Option<String>)> {
+    if let Some(body) = problem.bodies.get_index_of(name) {
+        return Some((body, None));
+    }
+    let (body, face) = name.split_once('.')?;
+    let index = problem.bodies.get_index_of(body)?;
+    let faces: &[&str] = match problem.bodies[index].shape {
+        Shape::Pipette { .. } => &["wall", "mouth"],
+        _ => &[],
+    };
+    faces.contains(&face).then(|| (index, Some(face.to_owned())))
+}
+
+/// All names of bodies and faces.
+fn faces(problem: &Problem) -> Vec<String> {
+    let mut names = vec![];
+    for (name, body) in &problem.bodies {
+        match body.shape {
+            Shape::Pipette { .. } => names.extend(["wall", "mouth"].map(|f| format!("{name}.{f}"))),
+            _ => names.push(name.clone()),
+        }
+    }
+    names
+}
+
+fn unknown_face(problem: &Problem, name: &str, pointer: String) -> Diagnostic {
+    let known = faces(problem);
+    let mut d = Diagnostic::error("unknown-name", format!("there is no body or face `{name}`"))
+        .at(pointer, "no body has this name");
+    if let Some(near) = nearest(name, known.iter().map(String::as_str)) {
+        d = d.help(format!("did you mean `{near}`?"));
+    }
+    d.help(format!("bodies and faces: {}", known.join(", ")))
+}
+
+/// Reads the list of elements that are present.
+pub(super) fn read_list<'a>(
+    problem: &'a Problem,
+    presence: &Presence,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<List<'a>> {
+    let Some(elements) = &problem.meridian else {
+        errors.push(
+            Diagnostic::error("missing-meridian", "the file has no meridian")
+                .at("", "no `meridian` in this problem")
+                .help("list what the membrane meets from its top: meridian: [Pole, Contact(on: \"..\"), Free(name: \"..\"), .., Pole]"),
+        );
+        return None;
+    };
+    let before = errors.len();
+    let pointer = |i: usize| format!("/meridian/{i}");
+    let is_end = |e: &Element| {
+        matches!(e, Element::Pole | Element::Mirror { .. } | Element::Clamped { .. } | Element::End { .. })
+    };
+    if elements.len() < 3 {
+        errors.push(
+            Diagnostic::error("short-meridian", "a meridian has two ends and at least one segment between them")
+                .at("/meridian", format!("{} elements", elements.len())),
+        );
+        return None;
+    }
+    let last = elements.len() - 1;
+    for i in [0, last] {
+        if !is_end(&elements[i]) {
+            errors.push(
+                Diagnostic::error("no-end", "a meridian starts and ends with an end")
+                    .at(pointer(i), "not an end")
+                    .help("ends: Pole, Mirror(h: ..), Clamped(u: .., h: ..), End(conditions: ..)"),
+            );
+        }
+    }
+    let mut segments: Vec<Segment> = vec![];
+    let mut between: Vec<Vec<Joint>> = vec![];
+    let mut absent = vec![];
+    for (i, element) in elements.iter().enumerate().take(last).skip(1) {
+        if !presence.has(element, i) {
+            if let Element::Contact { on, name, .. } = element {
+                absent.push(name.as_ref().unwrap_or(on).as_str().to_owned());
+            }
+            if let Element::Kink { at, .. } = element {
+                absent.push(at.as_str().to_owned());
+            }
+            continue;
+        }
+        let mut unsupported = |what: &str| {
+            errors.push(
+                Diagnostic::error("not-supported", format!("{what} cannot be solved by this version"))
+                    .at(pointer(i), "not supported yet"),
+            );
+        };
+        let mut joint = |kind: JointKind<'a>| match between.last_mut() {
+            Some(joints) => joints.push(Joint { at: i, kind }),
+            None => between.push(vec![Joint { at: i, kind }]),
+        };
+        match element {
+            Element::Free { name, outside_pressure } => {
+                segments.push(Segment {
+                    at: i,
+                    name: name.as_str().to_owned(),
+                    body: None,
+                    outside: outside_pressure.clone(),
+                });
+                between.push(vec![]);
+            }
+            Element::Contact { on, name, law, .. } => {
+                if *law != spec::ContactLaw::Frictionless {
+                    unsupported("contact without slip");
+                }
+                let face = face_of(problem, on.as_str()).filter(|f| f.1.as_deref() != Some("mouth"));
+                if face.is_none() {
+                    errors.push(unknown_face(problem, on.as_str(), format!("{}/Contact/on", pointer(i))));
+                }
+                let name = name.as_ref().unwrap_or(on).as_str().to_owned();
+                segments.push(Segment { at: i, name, body: Some(face.unwrap_or((usize::MAX, None))), outside: None });
+                between.push(vec![]);
+            }
+            Element::Smooth => joint(JointKind::Smooth),
+            Element::Kink { at, law, .. } => {
+                if matches!(law, KinkLaw::Capstan { .. }) {
+                    unsupported("friction at an edge");
+                }
+                match face_of(problem, at.as_str()).filter(|f| f.1.as_deref() == Some("mouth")) {
+                    Some((body, _)) => joint(JointKind::Kink(at.as_str(), body, law)),
+                    None => errors.push(unknown_face(problem, at.as_str(), format!("{}/Kink/at", pointer(i)))),
+                }
+            }
+            Element::AdhesiveEdge { .. } => unsupported("an adhesive edge"),
+            Element::Joint { name, continuous, conditions } => {
+                joint(JointKind::Written(name.as_str(), continuous, conditions));
+            }
+            _ => errors.push(
+                Diagnostic::error("end-inside", "an end stands between the two ends of the meridian")
+                    .at(pointer(i), "only the first and the last element are ends"),
+            ),
+        }
+    }
+    let mut joints: Vec<Joint> = vec![];
+    for (k, pair) in segments.windows(2).enumerate() {
+        let (a, b) = (&pair[0], &pair[1]);
+        let mut here = std::mem::take(&mut between[k]);
+        match (here.pop(), here.is_empty()) {
+            (Some(joint), true) => joints.push(joint),
+            (Some(joint), false) => errors.push(
+                Diagnostic::error("two-joints", "two joints stand between two segments")
+                    .at(pointer(joint.at), "the second one"),
+            ),
+            (None, _) if a.body.is_none() != b.body.is_none() => {
+                joints.push(Joint { at: b.at, kind: JointKind::Smooth })
+            }
+            (None, _) => {
+                let what = if a.body.is_none() { "two free segments" } else { "two contacts" };
+                errors.push(
+                    Diagnostic::error(
+                        "no-joint",
+                        format!("{what} follow each other, and nothing says what joins them"),
+                    )
+                    .at(pointer(b.at), "a kink or joint is left out before this element")
+                    .at(pointer(a.at), "joined to this one"),
+                );
+            }
+        }
+    }
+    for joint in between.last_mut().into_iter().flatten() {
+        errors.push(
+            Diagnostic::error("joint-at-end", "a joint joins two segments, and there is none on one side of this one")
+                .at(pointer(joint.at), "next to an end"),
+        );
+    }
+    for (i, a) in segments.iter().enumerate() {
+        if let Some(b) = segments[..i].iter().find(|b| b.name == a.name) {
+            errors.push(
+                Diagnostic::error("declared-twice", format!("two segments are called `{}`", a.name))
+                    .at(pointer(a.at), "again here")
+                    .at(pointer(b.at), "here")
+                    .help("give one of them a name of its own: Contact(on: .., name: \"..\")"),
+            );
+        }
+    }
+    if segments.is_empty() && errors.len() == before {
+        errors.push(
+            Diagnostic::error("short-meridian", "there is no segment between the ends").at("/meridian", "no segment"),
+        );
+    }
+    let list = List { first: &elements[0], segments, joints, last: &elements[last], last_at: last, absent };
+    (errors.len() == before).then_some(list)
+}

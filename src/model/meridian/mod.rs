@@ -1,0 +1,318 @@
+//! The meridian, read with a finger along the drawing: ends, segments and joints become pieces, unknowns and conditions.
+//!
+//! [`list`] reads the elements, [`bodies`] finds what holds them and whether it just touches the initial sphere, [`walk`] makes
+//! the pieces and the unknowns, and [`conditions`] writes what holds at the ends and joints, in walking order.
+
+mod bodies;
+mod conditions;
+mod list;
+
+use super::ledger::Ledger;
+use super::names::{JointName, Names, PieceName};
+use super::{Body, Initial, Presence, facing, token};
+use crate::diagnostic::Diagnostic;
+use crate::physics::surface::{Face, Facing};
+use crate::spec::{Element, Number, Problem};
+use crate::system::{Coordinate, Kind, Piece, Place, Pressure, Side, System, tip_length};
+use bodies::{Edge, FLAT, axial_place, surface, tube_radius};
+use conditions::Conditions;
+use list::{JointKind, List, read_list};
+use std::f64::consts::PI;
+
+/// The meridian, understood.
+pub struct Walk<'a> {
+    /// Names, now with pieces and globals.
+    pub names: Names<'a>,
+    /// The initial state, with what surrounds it.
+    pub initial: Initial,
+    /// The system with the conditions of ends and joints.
+    pub system: System,
+    /// The ledger so far.
+    pub ledger: Ledger,
+    /// Name of each global.
+    pub globals: Vec<String>,
+    /// Initial value of each global.
+    pub initial_globals: Vec<f64>,
+    /// The bodies that the membrane touches along a face.
+    pub bodies: Vec<Body>,
+    /// The sharp edges over which it is bent.
+    pub edges: Vec<super::Edge>,
+    /// 2 where the model is half of the membrane.
+    pub images: f64,
+    /// Axial position of the start of each piece.
+    pub heights: Vec<crate::system::Formula>,
+}
+
+/// Walks the meridian.
+pub fn walk<'a>(
+    problem: &'a Problem,
+    presence: &Presence,
+    mut names: Names<'a>,
+    initial: &Initial,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<Walk<'a>> {
+    names.initial_values(errors);
+    let List { first, segments, joints, last, last_at, absent } = read_list(problem, presence, errors)?;
+    let pointer = |i: usize| format!("/meridian/{i}");
+    let before = errors.len();
+    let mirror = match (first, last) {
+        (Element::Pole, Element::Pole) => None,
+        (Element::Pole, Element::Mirror { h }) => Some(h),
+        _ => {
+            errors.push(
+                Diagnostic::error("not-supported", "these ends cannot be solved by this version")
+                    .at("/meridian", "supported: a pole first, a pole or a mirror last"),
+            );
+            return None;
+        }
+    };
+    let images = if mirror.is_some() { 2.0 } else { 1.0 };
+
+    // What holds each segment, and on which side it is met.
+    let count = segments.len();
+    let mut kinds: Vec<Kind> = vec![];
+    for (i, s) in segments.iter().enumerate() {
+        let Some((body, part)) = &s.body else {
+            kinds.push(Kind::Free);
+            continue;
+        };
+        let (body_name, said) = problem.bodies.get_index(*body)?;
+        if part.is_some() {
+            if let Some(radius) = tube_radius(problem, &names, initial, *body, errors) {
+                kinds.push(Kind::Wall { radius });
+            }
+            continue;
+        }
+        let face = surface(problem, &names, *body, errors).map(|surface| Face {
+            surface,
+            facing: facing(said.facing),
+            rise: 1.0,
+        });
+        let at_start = i == 0;
+        let at_end = i + 1 == count && mirror.is_none();
+        if !at_start && !at_end {
+            errors.push(
+                Diagnostic::error(
+                    "not-supported",
+                    "contact with this body away from the poles cannot be solved by this version",
+                )
+                .at(pointer(s.at), "not next to a pole"),
+            );
+        }
+        if at_start && at_end {
+            errors.push(
+                Diagnostic::error("all-contact", "the whole membrane would lie on one body")
+                    .at(pointer(s.at), "no free part"),
+            );
+        }
+        let wanted = if at_start { Facing::Down } else { Facing::Up };
+        if (at_start != at_end) && face.as_ref().is_some_and(|f| f.facing != wanted) {
+            let (word, place) = if at_start { ("Down", "first") } else { ("Up", "last") };
+            errors.push(
+                Diagnostic::error(
+                    "wrong-side",
+                    format!("`{body_name}` is met {place} on the walk from the top, but faces the other way"),
+                )
+                .at(format!("/bodies/{}/facing", token(body_name)), format!("should face {word}"))
+                .at(pointer(s.at), "met here"),
+            );
+        }
+        kinds.extend(face.map(Kind::Contact));
+    }
+    // Edges, with the material place at which each touches the initial sphere.
+    let mut edges: Vec<Option<Edge>> = vec![];
+    for joint in &joints {
+        let JointKind::Kink(_, body, _) = joint.kind else {
+            edges.push(None);
+            continue;
+        };
+        let facing = facing(problem.bodies[body].facing);
+        let radius = tube_radius(problem, &names, initial, body, errors)?;
+        let sine = (radius / initial.radius).asin();
+        let phi = if facing == Facing::Down { sine } else { PI - sine };
+        edges.push(Some(Edge { body, facing, radius, phi }));
+    }
+    if errors.len() > before {
+        return None;
+    }
+
+    // The pressure outside the initial sphere, the same all around it.
+    let mut outside: Option<f64> = None;
+    for s in segments.iter().filter(|s| s.body.is_none()) {
+        let at = format!("{}/Free/outside_pressure", pointer(s.at));
+        let Some(p) = names.at_start(s.outside.as_ref().unwrap_or(&Number::Value(0.0)), &at, errors) else { continue };
+        if outside.is_some_and(|q| (p - q).abs() > 1e-12 * p.abs().max(q.abs())) {
+            errors.push(
+                Diagnostic::error(
+                    "uneven-start",
+                    "the pressure outside differs between free segments in the initial state",
+                )
+                .at(at, format!("{p} here, {} before", outside.unwrap_or(0.0)))
+                .help("the initial state is a sphere: unknown pressures start where they are equal"),
+            );
+        }
+        outside = outside.or(Some(p));
+    }
+    let initial = &names.surrounded(outside.unwrap_or(0.0))?;
+
+    // Globals: a place for each joint, a height for each free segment, the pressure, the declared unknowns.
+    let mut globals: Vec<String> = vec![];
+    let mut initial_globals: Vec<f64> = vec![];
+    let mut ledger = Ledger::default();
+    for s in &segments {
+        let origin = format!("segment {}", s.name);
+        let states: &[&str] = match &s.body {
+            None => &["u", "h", "tau", "lambda"],
+            Some((_, None)) => &["u", "lambda"],
+            Some(_) => &["h", "lambda"],
+        };
+        for state in states {
+            ledger.unknown(format!("{}: {state}", s.name), format!("state of {}", s.name), origin.clone());
+        }
+    }
+    let mut joint_names = vec![];
+    for (i, (pair, joint)) in segments.windows(2).zip(&joints).enumerate() {
+        let (name, origin) = match &joint.kind {
+            JointKind::Smooth => (format!("{}/{}", pair[0].name, pair[1].name), "joint (Smooth)"),
+            JointKind::Kink(name, ..) => ((*name).to_owned(), "joint (Kink)"),
+            JointKind::Written(name, ..) => ((*name).to_owned(), "joint (Joint)"),
+        };
+        ledger.unknown(format!("place of {name}"), "where two segments meet".into(), origin.into());
+        globals.push(format!("place of {name}"));
+        let start = edges[i].as_ref().map(|e| (0.5 * e.phi).tan().ln());
+        // A joint that touches nothing starts at the equator.
+        initial_globals.push(start.unwrap_or(0.0));
+        if !matches!(joint.kind, JointKind::Smooth) {
+            let body = edges[i].as_ref().map(|e| e.body);
+            joint_names.push(JointName { name, body, before: i, after: i + 1 });
+        }
+    }
+    let mut piece_names = vec![];
+    for (s, kind) in segments.iter().zip(&kinds) {
+        // Where tractions act on a free segment h is a state of it.
+        let state = matches!(kind, Kind::Free) && super::tractions::act_on(problem, &s.name);
+        let h0 = (kind.coupled() > 0 && !state).then(|| {
+            globals.push(format!("{}.start.h", s.name));
+            initial_globals.push(0.0);
+            globals.len() - 1
+        });
+        piece_names.push(PieceName { name: s.name.clone(), body: s.body.as_ref().map(|b| b.0), h0 });
+    }
+    if problem.fluid.is_some() {
+        names.fluid_pressure = Some(globals.len());
+        ledger.unknown("p_f".into(), "pressure of the fluid".into(), "fluid".into());
+        globals.push("p_f".into());
+        initial_globals.push(initial.pressure + initial.outside);
+    }
+    for name in problem.unknowns.keys() {
+        names.unknowns.insert(name.clone(), globals.len());
+        ledger.unknown(name.clone(), "declared unknown".into(), "unknowns".into());
+        initial_globals.push(names.initial_value(name, initial).unwrap_or(0.0));
+        globals.push(name.clone());
+    }
+
+    let mut pieces = vec![];
+    for (i, (s, kind)) in segments.iter().zip(&kinds).enumerate() {
+        let from = if i == 0 { Place::Pole } else { Place::Unknown(i - 1) };
+        let to = match (i + 1 == count, mirror.is_some()) {
+            (false, _) => Place::Unknown(i),
+            (true, true) => Place::Fixed(0.0),
+            (true, false) => Place::Pole,
+        };
+        let (order, inclination) = match kind {
+            Kind::Contact(face) => (2.0, face.tip_inclination()),
+            _ => (1.0, 0.0),
+        };
+        let tip = inclination > FLAT;
+        let length = tip_length(&initial.law, inclination);
+        let coordinate = match (from, to) {
+            (Place::Pole, Place::Pole) => Coordinate::PoleToPole,
+            (Place::Pole, _) if tip => Coordinate::FromTip(length),
+            (Place::Pole, _) => Coordinate::FromPole(order),
+            (_, Place::Pole) if tip => Coordinate::ToTip(length),
+            (_, Place::Pole) => Coordinate::ToPole(order),
+            _ => Coordinate::Between,
+        };
+        // Behind a wall stands what stands outside the free segment that it continues smoothly.
+        let behind = match (kind, i.checked_sub(1)) {
+            (Kind::Wall { .. }, Some(j)) if matches!(joints[j].kind, JointKind::Smooth) => &segments[j],
+            (Kind::Wall { .. }, _) if i + 1 < count => &segments[i + 1],
+            _ => s,
+        };
+        let outside = behind
+            .outside
+            .as_ref()
+            .filter(|n| !n.is_zero())
+            .and_then(|n| names.globals(n, &format!("{}/Free/outside_pressure", pointer(behind.at)), errors));
+        pieces.push(Piece {
+            name: s.name.clone(),
+            kind: kind.clone(),
+            coordinate,
+            from,
+            to,
+            pressure: Pressure { fluid: names.fluid_pressure, outside },
+            loads: vec![],
+            reach: 1.0,
+            level: 0.0,
+            apex: None,
+            repulsion: None,
+        });
+    }
+    let mut names = names.with_pieces(piece_names, joint_names, absent, pieces.clone(), images);
+    let middle = axial_place(problem, &names, initial, &segments, &kinds, &edges, mirror, &mut initial_globals, errors);
+    names.extent = Some((middle - initial.radius, middle + initial.radius));
+    super::tractions::apply(problem, &mut names, &mut pieces, errors);
+    names.set_shapes(&pieces);
+    let mut system = System::new(initial.reference.clone(), initial.law.clone(), pieces, globals.len());
+
+    let mut conditions = Conditions { system: &mut system, ledger: &mut ledger, names: &mut names, errors };
+    for i in 0..count {
+        match i.checked_sub(1) {
+            None => conditions.pole(i, Side::Start),
+            Some(before) => {
+                let at = pointer(joints[before].at);
+                match &joints[before].kind {
+                    JointKind::Smooth => conditions.smooth(before),
+                    JointKind::Kink(name, body, law) => {
+                        let edge = edges[before].as_ref().expect("a kink has an edge");
+                        conditions.kink(before, name, *body, edge, law, &at);
+                    }
+                    JointKind::Written(name, continuous, list) => conditions.joint(name, continuous, list, &at),
+                }
+            }
+        }
+        if i + 1 == count {
+            match mirror {
+                None => conditions.pole(i, Side::End),
+                Some(h) => conditions.mirror(i, h, &format!("{}/Mirror/h", pointer(last_at))),
+            }
+        }
+    }
+    let mut bodies: Vec<Body> = vec![];
+    let mut heights = vec![];
+    for (i, (s, kind)) in segments.iter().zip(&kinds).enumerate() {
+        heights.push(names.build(&system, false, |b, x| x.h(b, i, Side::Start))?);
+        let (Some((body, _)), Kind::Contact(face)) = (&s.body, kind) else { continue };
+        let (name, _) = problem.bodies.get_index(*body)?;
+        match bodies.iter_mut().find(|b| &b.name == name) {
+            Some(b) => b.pieces.push(i),
+            None => {
+                let zero = names.build(&system, false, |b, _| Ok(b.constant(0.0)))?;
+                bodies.push(Body { name: name.clone(), face: face.clone(), h: zero, pieces: vec![i] });
+            }
+        }
+    }
+    let mut edge_list = vec![];
+    for (i, (joint, edge)) in joints.iter().zip(&edges).enumerate() {
+        if let (JointKind::Kink(name, ..), Some(edge)) = (&joint.kind, edge) {
+            edge_list.push(super::Edge {
+                name: (*name).to_owned(),
+                before: i,
+                radius: edge.radius,
+                facing: edge.facing,
+            });
+        }
+    }
+    let initial = Initial { middle, ..initial.clone() };
+    Some(Walk { names, initial, system, ledger, globals, initial_globals, bodies, edges: edge_list, images, heights })
+}
