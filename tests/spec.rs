@@ -4,6 +4,7 @@ use std::fs;
 use std::time::{Duration, Instant};
 
 use membrane::diagnostic::{Place, line_column, render, to_json};
+use membrane::model;
 use membrane::spec::{Document, Number, Origin, Problem, Rejected, Source, Syntax, convert, load, schema};
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -439,6 +440,30 @@ fn files_that_are_refused() {
 }
 
 /// Megabytes of anything are read or refused in linear time.
+/// What an expectation sets must be a parameter or a top-level key, or it is an error at its place.
+#[test]
+fn settings_of_expectations_exist() {
+    let text = fs::read_to_string("problems/flat_plates.ron").unwrap();
+    let expect =
+        |set: &str| format!("expect: [(set: {{ {set} }}, values: {{ \"p_f\": 1 }}, relative: 1, source: \"\"), ");
+    let with = |set: &str| must(&text.replacen("expect: [", &expect(set), 1), Syntax::Ron);
+    let right = with("\"r0\": 1.5, \"material\": \"NeoHookean(shear_modulus: 2)\"");
+    assert!(model::resolve(&right.problem).is_ok());
+    let wrong = with("\"r1\": 1.5, \"G\": 1, \"hbar\": 0.5");
+    let diagnostics = model::resolve(&wrong.problem).unwrap_err();
+    let list = to_json(&diagnostics, &wrong);
+    assert_eq!(list.len(), 2, "{list:?}");
+    let line = 1 + text[..text.find("expect: [").unwrap()].matches('\n').count();
+    for (found, parts) in list.iter().zip([
+        ["`r1`", "did you mean `r0`?", "parameters: G, r0", "material"],
+        ["`hbar`", "is an unknown", "named in `at`", "parameters: G, r0"],
+    ]) {
+        assert_eq!((&found["code"], &found["line"]), (&json!("unknown-key"), &json!(line)), "{found}");
+        let said = format!("{}\n{}", found["message"], found["help"]);
+        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    }
+}
+
 #[test]
 fn hostile_texts_are_refused_quickly() {
     let many = 1_000_000;

@@ -2,6 +2,7 @@
 //! the catalogue that the file does not have.
 
 use super::names::Names;
+use super::set::{is_setting, unknown};
 use super::token;
 use crate::diagnostic::Diagnostic;
 use crate::spec::{Number, Problem};
@@ -87,6 +88,10 @@ pub(super) fn expectations(problem: &Problem, names: &Names, errors: &mut Vec<Di
     let mut list = vec![];
     for (i, e) in problem.expect.iter().enumerate() {
         let pointer = format!("/expect/{i}");
+        for key in e.set.keys().filter(|key| !is_setting(problem, key)) {
+            let d = unknown(problem, key, "", "a state where it has a value is named in `at`");
+            errors.push(d.at_key(format!("{pointer}/set/{}", token(key)), "nothing of this name can be set"));
+        }
         let mut at = vec![];
         for (name, number) in &e.at {
             if let Some(v) = names.constant(number, &format!("{pointer}/at/{}", token(name)), errors) {

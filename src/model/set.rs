@@ -3,7 +3,7 @@
 use super::token;
 use crate::diagnostic::Diagnostic;
 use crate::expr::{self, nearest};
-use crate::spec::{Document, Number, Source, Syntax};
+use crate::spec::{Document, Number, Problem, Source, Syntax};
 
 /// The document with `key` set to `value`: a parameter (a number or formula, in the unit in which the file writes the
 /// parameter), or a top-level key, whose value is RON.
@@ -47,18 +47,26 @@ pub fn set(
     if ROOT_KEYS.contains(&key) {
         return document.replace(&format!("/{key}"), source(value.to_owned())).map_err(rejected);
     }
+    let asked = format!("states where it has a value are asked for with --at {key}={value}");
+    refuse(unknown(problem, key, "--set: ", &asked))
+}
+
+/// True if a setting of this name exists.
+pub(super) fn is_setting(problem: &Problem, key: &str) -> bool {
+    problem.parameters.contains_key(key) || ROOT_KEYS.contains(&key)
+}
+
+/// The complaint about a setting that does not exist, with those that do; `asked` says how an unknown is given a value.
+pub(super) fn unknown(problem: &Problem, key: &str, by: &str, asked: &str) -> Diagnostic {
     let parameters: Vec<&str> = problem.parameters.keys().map(String::as_str).collect();
-    let mut d = Diagnostic::error("unknown-key", format!("--set: there is no parameter or top-level key `{key}`"));
+    let mut d = Diagnostic::error("unknown-key", format!("{by}there is no parameter or top-level key `{key}`"));
     if let Some(near) = nearest(key, parameters.iter().copied().chain(ROOT_KEYS)) {
         d = d.help(format!("did you mean `{near}`?"));
     }
     if problem.unknowns.contains_key(key) {
-        d = d.help(format!("`{key}` is an unknown: states where it has a value are asked for with --at {key}={value}"));
+        d = d.help(format!("`{key}` is an unknown: {asked}"));
     }
-    refuse(
-        d.help(format!("parameters: {}", parameters.join(", ")))
-            .help(format!("top-level keys: {}", ROOT_KEYS.join(", "))),
-    )
+    d.help(format!("parameters: {}", parameters.join(", "))).help(format!("top-level keys: {}", ROOT_KEYS.join(", ")))
 }
 
 /// The unit in which a parameter is written, if it is written as a number with a unit.
