@@ -423,6 +423,38 @@ fn check_counts_and_says_so() {
     let missing = fs::read_to_string(PLATES).unwrap().replace("fluid: Incompressible,", "");
     let document = fed(&["check", "-", "--format", "json"], &missing).exits(2).json();
     assert!(!document["diagnostics"].as_array().unwrap().is_empty());
+    // The count is there also where it does not close.
+    let more = "fluid: Incompressible, constraints: { \"more\": \"side.end.u = 2\" }";
+    let many = fs::read_to_string(PLATES).unwrap().replace("fluid: Incompressible", more);
+    let document = fed(&["check", "-", "--format", "json"], &many).exits(2).json();
+    let count = |what: &str| document["ledger"][what].as_array().unwrap().len();
+    assert_eq!(count("unknowns") + 1, count("conditions"), "{}", document["diagnostics"]);
+    // Not where a condition could not be read: it would look like a missing one.
+    let unread = fs::read_to_string(PLATES).unwrap().replace("fluid: Incompressible", "fluid: Volume(\"nothing\")");
+    let document = fed(&["check", "-", "--format", "json"], &unread).exits(2).json();
+    assert_eq!(document["ledger"], serde_json::json!({ "unknowns": [], "conditions": [] }));
+}
+
+#[test]
+fn warnings_are_shown_by_every_command_and_refuse_nothing() {
+    let text = fs::read_to_string(PLATES).unwrap().replace("parameters: {", "parameters: { \"spare\": 1,");
+    let line = 1 + text[..text.find("\"spare\"").unwrap()].matches('\n').count();
+    let said = |err: &str| {
+        assert!(err.contains("warning[unused-parameter]") && err.contains("`spare`"), "{err}");
+        assert!(err.contains(&format!(":{line}:")), "{err}");
+    };
+    let ran = fed(&["check", "-"], &text).exits(0);
+    said(&ran.err);
+    assert!(ran.out.contains("independent"), "{}", ran.out);
+    said(&fed(&["run", "-", "--set", SHORT], &text).exits(0).err);
+    said(&fed(&["explain", "-"], &text).exits(0).err);
+    let document = fed(&["check", "-", "--format", "json"], &text).exits(0).json();
+    let list = document["diagnostics"].as_array().unwrap();
+    assert_eq!(list.len(), 1);
+    assert_eq!((&list[0]["severity"], &list[0]["line"]), (&Value::from("warning"), &Value::from(line)));
+    // Beside an error it is reported as well.
+    let document = fed(&["check", "-", "--format", "json"], &text.replace("plate.force", "plat.force")).exits(2).json();
+    assert_eq!(document["diagnostics"].as_array().unwrap().len(), 2);
 }
 
 #[test]

@@ -450,7 +450,7 @@ fn settings_of_expectations_exist() {
     let right = with("\"r0\": 1.5, \"material\": \"NeoHookean(shear_modulus: 2)\"");
     assert!(model::resolve(&right.problem).is_ok());
     let wrong = with("\"r1\": 1.5, \"G\": 1, \"hbar\": 0.5");
-    let diagnostics = model::resolve(&wrong.problem).unwrap_err();
+    let diagnostics = model::resolve(&wrong.problem).unwrap_err().diagnostics;
     let list = to_json(&diagnostics, &wrong);
     assert_eq!(list.len(), 2, "{list:?}");
     let line = 1 + text[..text.find("expect: [").unwrap()].matches('\n').count();

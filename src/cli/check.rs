@@ -38,30 +38,28 @@ pub fn check(options: &Options) -> Exit {
                         .at("", "as a validator sees it")
                         .help(said)
                 });
-                let mut finding = Finding::clean(file, model, rank);
-                match judged.or(verdict) {
-                    None => {
-                        let _ = writeln!(text, "{file}: ok, {counted}, independent");
-                        text += &ledger;
-                    }
-                    Some(diagnostic) => {
-                        if diagnostic.severity == Severity::Error {
-                            exit = Exit::Refused;
-                        }
-                        let _ = writeln!(text, "{file}: {counted}");
-                        text += &ledger;
-                        finding.complain(std::slice::from_ref(&diagnostic), &document);
-                        if options.format == Format::Text {
-                            complain(&[diagnostic], &document);
-                        }
-                    }
+                let verdict = judged.or(verdict);
+                let sound = if verdict.is_none() { "ok, " } else { "" };
+                let independent = if verdict.is_none() { ", independent" } else { "" };
+                let _ = writeln!(text, "{file}: {sound}{counted}{independent}");
+                text += &ledger;
+                let mut finding = Finding { file: file.clone(), ledger: model.ledger, rank, ..Finding::default() };
+                let mut diagnostics = model.warnings;
+                diagnostics.extend(verdict);
+                if diagnostics.iter().any(|d| d.severity == Severity::Error) {
+                    exit = Exit::Refused;
+                }
+                finding.complain(&diagnostics, &document);
+                if options.format == Format::Text {
+                    complain(&diagnostics, &document);
                 }
                 findings.push(finding);
             }
             Err(refusals) => {
                 exit = Exit::Refused;
-                let mut finding = Finding { file: file.clone(), ..Finding::default() };
-                for (places, diagnostics) in &refusals.0 {
+                let ledger = refusals.ledger.clone();
+                let mut finding = Finding { file: file.clone(), ledger, ..Finding::default() };
+                for (places, diagnostics) in &refusals.list {
                     finding.complain(diagnostics, &**places);
                 }
                 findings.push(finding);

@@ -151,7 +151,10 @@ pub fn main() -> ExitCode {
         Command::Run(options) => run::run(&options),
         Command::Check(options) => check::check(&options),
         Command::Explain { input, file } => match problem::understand(&file, &input) {
-            Ok((document, model)) => print(&explain::explain(&document.problem, &model), Exit::Done),
+            Ok((document, model)) => {
+                complain(&model.warnings, &document);
+                print(&explain::explain(&document.problem, &model), Exit::Done)
+            }
             Err(refusals) => refusals.report(),
         },
         Command::Schema => print(&schema_text(), Exit::Done),

@@ -3,18 +3,29 @@
 use super::{Exit, Input, Language, complain};
 use membrane::diagnostic::{Diagnostic, Locate, Place, suggest};
 use membrane::expr::{self, Builder};
-use membrane::model::{self, Model};
+use membrane::model::{self, Ledger, Model};
 use membrane::run::Request;
 use membrane::spec::{Document, Origin, Source, Syntax};
 
 /// Complaints, each with the texts it is about.
 #[derive(Default)]
-pub struct Refusals(pub Vec<(Box<dyn Locate>, Vec<Diagnostic>)>);
+pub struct Refusals {
+    /// The complaints.
+    pub list: Vec<(Box<dyn Locate>, Vec<Diagnostic>)>,
+    /// Unknowns and conditions, where they could be counted.
+    pub ledger: Ledger,
+}
+
+impl From<Vec<(Box<dyn Locate>, Vec<Diagnostic>)>> for Refusals {
+    fn from(list: Vec<(Box<dyn Locate>, Vec<Diagnostic>)>) -> Refusals {
+        Refusals { list, ledger: Ledger::default() }
+    }
+}
 
 impl Refusals {
     /// Shows them all.
     pub fn report(&self) -> Exit {
-        for (places, diagnostics) in &self.0 {
+        for (places, diagnostics) in &self.list {
             complain(diagnostics, &**places);
         }
         Exit::Refused
@@ -25,21 +36,21 @@ impl Refusals {
 pub fn understand(file: &str, input: &Input) -> Result<(Document, Model), Refusals> {
     let mut document = Document::load(file, input.from.map(Language::syntax)).map_err(|rejected| {
         let diagnostics = rejected.diagnostics.clone();
-        Refusals(vec![(rejected as Box<dyn Locate>, diagnostics)])
+        Refusals::from(vec![(rejected as Box<dyn Locate>, diagnostics)])
     })?;
     let mut refusals = Refusals::default();
     for (key, value) in &input.sets {
         match model::set(&document, key, value) {
             Ok(changed) => document = changed,
-            Err(refusal) => refusals.0.push(refusal),
+            Err(refusal) => refusals.list.push(refusal),
         }
     }
-    if !refusals.0.is_empty() {
+    if !refusals.list.is_empty() {
         return Err(refusals);
     }
     match model::resolve(&document.problem) {
         Ok(model) => Ok((document, model)),
-        Err(diagnostics) => Err(Refusals(vec![(Box::new(document), diagnostics)])),
+        Err(refused) => Err(Refusals { list: vec![(Box::new(document), refused.diagnostics)], ledger: refused.ledger }),
     }
 }
 
@@ -60,12 +71,12 @@ pub fn requests(model: &Model, at: &[(String, String)]) -> Result<Vec<Request>, 
         }
         if !wrong.is_empty() {
             let origin = Origin::new(Source { name: "--at".into(), text, syntax: Syntax::Ron });
-            refusals.0.push((Box::new(origin), wrong));
+            refusals.list.push((Box::new(origin), wrong));
         } else if let Ok(value) = number {
             requests.push(Request { name: name.clone(), value });
         }
     }
-    if refusals.0.is_empty() { Ok(requests) } else { Err(refusals) }
+    if refusals.list.is_empty() { Ok(requests) } else { Err(refusals) }
 }
 
 fn name_of_quantity(model: &Model, name: &str) -> Result<(), Diagnostic> {

@@ -1,6 +1,6 @@
 //! `membrane run`.
 
-use super::{Exit, Format, Input, interrupt, pair, print, problem, progress::Progress, refuse, say};
+use super::{Exit, Format, Input, complain, interrupt, pair, print, problem, progress::Progress, refuse, say};
 use membrane::output::{Report, csv, document, files, table};
 use membrane::run::{self, Status};
 use std::ops::ControlFlow;
@@ -34,6 +34,7 @@ pub fn run(options: &Options) -> Exit {
         Ok(understood) => understood,
         Err(refusals) => return refusals.report(),
     };
+    complain(&model.warnings, &document);
     let requests = match problem::requests(&model, &options.at) {
         Ok(requests) => requests,
         Err(refusals) => return refusals.report(),

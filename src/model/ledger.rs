@@ -36,9 +36,6 @@ impl Ledger {
 
     /// Refuses a count that does not close.
     pub(super) fn check(&self, problem: &Problem, system: &System, errors: &mut Vec<Diagnostic>) {
-        if !errors.is_empty() {
-            return; // a condition that could not be read is not a missing one
-        }
         let (unknowns, conditions) = (self.unknowns.len(), self.conditions.len());
         debug_assert_eq!(unknowns, system.layout().conditions());
         if unknowns == conditions {

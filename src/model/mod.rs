@@ -21,12 +21,13 @@ pub use reported::{Expectation, Quantity};
 pub use set::set;
 pub use stage::{Change, Presence, When};
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::expr;
 use crate::physics::surface::Facing;
 use crate::spec::{self, Element, Number, Problem};
 use crate::system::{Formula, Probe, System};
 use names::Names;
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// A rigid body.
@@ -102,6 +103,17 @@ pub struct Model {
     pub heights: Vec<Formula>,
     /// Known conditions that the file does not necessarily have, by name: what may close a set that leaves something free.
     pub known_conditions: Vec<(String, Formula)>,
+    /// What is right, but probably not meant.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Why a problem could not be understood.
+#[derive(Clone, Debug)]
+pub struct Refused {
+    /// Everything that is wrong with it, and the warnings; places are JSON pointers.
+    pub diagnostics: Vec<Diagnostic>,
+    /// What was counted, where every condition could be read; empty otherwise.
+    pub ledger: Ledger,
 }
 
 impl Model {
@@ -109,7 +121,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`resolve`].
-    pub fn toggled(&self, element: usize) -> Result<Model, Vec<Diagnostic>> {
+    pub fn toggled(&self, element: usize) -> Result<Model, Refused> {
         resolve_stage(&self.problem, &self.presence.toggled(element))
     }
 
@@ -132,24 +144,45 @@ pub(crate) fn token(name: &str) -> String {
 /// Understands a problem in its first stage, and makes sure that the stages with one element more mean something too.
 ///
 /// # Errors
-/// Everything that is wrong with it, with places as JSON pointers.
-pub fn resolve(problem: &Problem) -> Result<Model, Vec<Diagnostic>> {
-    let model = resolve_stage(problem, &Presence::default())?;
+/// Everything that is wrong with it, and the count where it does not close.
+pub fn resolve(problem: &Problem) -> Result<Model, Refused> {
+    let mut model = resolve_stage(problem, &Presence::default())?;
+    let mut warnings = std::mem::take(&mut model.warnings);
     for change in &model.changes {
-        resolve_stage(problem, &model.presence.toggled(change.at))?;
+        let next = resolve_stage(problem, &model.presence.toggled(change.at))?;
+        let new: Vec<Diagnostic> = next.warnings.into_iter().filter(|w| !warnings.contains(w)).collect();
+        warnings.extend(new);
     }
-    Ok(model)
+    Ok(Model { warnings, ..model })
+}
+
+/// True if there is an error among these, rather than warnings alone.
+fn wrong(diagnostics: &[Diagnostic]) -> bool {
+    diagnostics.iter().any(|d| d.severity == Severity::Error)
 }
 
 /// Understands a problem in a stage of its own.
 ///
 /// # Errors
 /// As [`resolve`].
-pub fn resolve_stage(problem: &Problem, presence: &Presence) -> Result<Model, Vec<Diagnostic>> {
-    let mut errors = vec![];
-    unsupported(problem, &mut errors);
-    let names = Names::new(problem, &mut errors);
-    let Some(initial) = initial::resolve(problem, &names, &mut errors) else { return Err(errors) };
+pub fn resolve_stage(problem: &Problem, presence: &Presence) -> Result<Model, Refused> {
+    let (mut found, mut ledger) = (vec![], Ledger::default());
+    match understand(problem, presence, &mut found, &mut ledger) {
+        Some(model) if !wrong(&found) => Ok(Model { warnings: found, ..model }),
+        _ => Err(Refused { diagnostics: found, ledger }),
+    }
+}
+
+/// Collects what there is to say, and the count where every condition could be read.
+fn understand(
+    problem: &Problem,
+    presence: &Presence,
+    errors: &mut Vec<Diagnostic>,
+    counted: &mut Ledger,
+) -> Option<Model> {
+    unsupported(problem, errors);
+    let names = Names::new(problem, errors);
+    let initial = initial::resolve(problem, &names, errors)?;
     let initial = initial.charged(tractions::repulsion(problem, &names));
     if initial.charge.is_some() && initial.pressure <= 0.0 {
         errors.push(
@@ -157,43 +190,47 @@ pub fn resolve_stage(problem: &Problem, presence: &Presence) -> Result<Model, Ve
                 .at("/tractions", format!("its over-pressure would be {:.6}", initial.pressure))
                 .help("a smaller coupling, or more inflation"),
         );
-        return Err(errors);
+        return None;
     }
     let names = names.with_initial(&initial);
-    let Some(walk) = meridian::walk(problem, presence, names, &initial, &mut errors) else { return Err(errors) };
+    let walk = meridian::walk(problem, presence, names, &initial, errors)?;
     let meridian::Walk { mut names, initial, mut system, mut ledger, globals, initial_globals, mut bodies, .. } = walk;
     let (edges, images, heights) = (walk.edges, walk.images, walk.heights);
-    names.definitions(&system, &mut errors);
+    names.definitions(&system, errors);
 
     // Fluid, constraints, branch: the conditions that belong to no place.
-    fluid::fluid(problem, &mut names, &mut system, &mut ledger, &mut errors);
+    fluid::fluid(problem, &mut names, &mut system, &mut ledger, errors);
     for (name, equation) in &problem.constraints {
         let pointer = format!("/constraints/{}", token(name));
-        if let Some(f) = names.equation(&system, equation.as_str(), &pointer, true, &mut errors) {
+        if let Some(f) = names.equation(&system, equation.as_str(), &pointer, true, errors) {
             system.conditions.push(f);
             ledger.condition(name.clone(), equation.as_str().to_owned(), "constraint".into());
         }
     }
-    let branch = branch::branch(problem, &mut names, &initial, &mut system, &mut ledger, &mut errors);
-    ledger.check(problem, &system, &mut errors);
+    let branch = branch::branch(problem, &mut names, &initial, &mut system, &mut ledger, errors);
+    if !wrong(errors) {
+        // Otherwise a condition that could not be read would look like a missing one.
+        ledger.check(problem, &system, errors);
+        counted.clone_from(&ledger);
+    }
 
-    let quantities = reported::quantities(problem, &mut names, &system, &mut errors);
+    let quantities = reported::quantities(problem, &mut names, &system, errors);
     for body in &mut bodies {
         let at = problem.bodies.get_index_of(&body.name).expect("a body of the file");
         let number = &problem.bodies[at].h;
-        if let Some(h) = names.number(&system, number, &format!("/bodies/{}/h", token(&body.name)), &mut errors) {
+        if let Some(h) = names.number(&system, number, &format!("/bodies/{}/h", token(&body.name)), errors) {
             body.h = h;
         }
     }
     let mut identities = vec![];
     for (name, equation) in &problem.identities {
         let pointer = format!("/identities/{}", token(name));
-        if let Some((lhs, rhs)) = names.sides(&system, equation.as_str(), &pointer, &mut errors) {
+        if let Some((lhs, rhs)) = names.sides(&system, equation.as_str(), &pointer, errors) {
             identities.push((name.clone(), lhs, rhs));
         }
     }
     let known_conditions = reported::known_conditions(&mut names, &system);
-    let changes = stage::changes(problem, presence, &mut names, &system, &mut errors);
+    let changes = stage::changes(problem, presence, &mut names, &system, errors);
     let mut present: Vec<String> = vec![];
     for (i, element) in problem.meridian.iter().flatten().enumerate() {
         match element {
@@ -204,13 +241,10 @@ pub fn resolve_stage(problem: &Problem, presence: &Presence) -> Result<Model, Ve
             _ => {}
         }
     }
-    reported::unused(problem, &names, &mut errors);
-    let expectations = reported::expectations(problem, &names, &mut errors);
-    if !errors.iter().all(|e| e.severity == crate::diagnostic::Severity::Warning) {
-        return Err(errors);
-    }
-    let Some(branch) = branch else { return Err(errors) };
-    Ok(Model {
+    reported::unused(problem, &names, errors);
+    let expectations = reported::expectations(problem, &names, errors);
+    unused_parameters(problem, errors);
+    Some(Model {
         title: problem.title.clone(),
         problem: Arc::new(problem.clone()),
         globals,
@@ -226,14 +260,34 @@ pub fn resolve_stage(problem: &Problem, presence: &Presence) -> Result<Model, Ve
         changes,
         present,
         ledger,
-        branch,
+        branch: branch?,
         identities,
         expectations,
         accuracy: problem.accuracy.map_or(1e-9, |a| a.get()),
         images,
         heights,
         known_conditions,
+        warnings: vec![],
     })
+}
+
+/// Parameters that no formula of the file names.
+fn unused_parameters(problem: &Problem, warnings: &mut Vec<Diagnostic>) {
+    if problem.parameters.is_empty() {
+        return;
+    }
+    let mut rest = problem.clone();
+    (rest.title, rest.about) = (String::new(), None);
+    rest.parameters.clear();
+    rest.expect.clear();
+    let text = serde_json::to_string(&rest).unwrap_or_default().replace("\\n", " ").replace("\\t", " ");
+    let words: HashSet<&str> = text.split(|c: char| !(c.is_alphanumeric() || c == '_')).collect();
+    for name in problem.parameters.keys().filter(|name| !words.contains(name.as_str())) {
+        warnings.push(
+            Diagnostic::warning("unused-parameter", format!("nothing depends on the parameter `{name}`"))
+                .at_key(format!("/parameters/{}", token(name)), "used nowhere"),
+        );
+    }
 }
 
 /// Words that the format has and this version does not solve.

@@ -2,7 +2,7 @@
 
 use super::{Report, reason, resolved};
 use crate::diagnostic::{self, Diagnostic, Locate};
-use crate::model::{Entry, Model};
+use crate::model::{Entry, Ledger, Model};
 use crate::run::Rank;
 use crate::run::{Event, Point, Status};
 use crate::solution::{self, Solution};
@@ -103,18 +103,13 @@ pub struct Finding {
     pub file: String,
     /// Its diagnostics as objects.
     pub diagnostics: Vec<Value>,
-    /// The problem, where it is one.
-    pub model: Option<Model>,
+    /// Its unknowns and conditions, where they could be counted.
+    pub ledger: Ledger,
     /// Whether its conditions determine its unknowns.
     pub rank: Rank,
 }
 
 impl Finding {
-    /// A file that means something.
-    pub fn clean(file: &str, model: Model, rank: Rank) -> Finding {
-        Finding { file: file.into(), diagnostics: vec![], model: Some(model), rank }
-    }
-
     /// Adds complaints.
     pub fn complain(&mut self, diagnostics: &[Diagnostic], places: &dyn Locate) {
         self.diagnostics.extend(diagnostic::to_json(diagnostics, places));
@@ -124,10 +119,9 @@ impl Finding {
         let list = |entries: &[Entry], what: &str| -> Value {
             entries.iter().map(|e| json!({ "name": e.name, what: e.text, "origin": e.origin })).collect()
         };
-        let ledger = self.model.as_ref().map(|m| m.ledger.clone()).unwrap_or_default();
         json!({
-            "unknowns": list(&ledger.unknowns, "meaning"),
-            "conditions": list(&ledger.conditions, "equation"),
+            "unknowns": list(&self.ledger.unknowns, "meaning"),
+            "conditions": list(&self.ledger.conditions, "equation"),
         })
     }
 

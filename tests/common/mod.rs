@@ -45,7 +45,8 @@ pub fn with<K: AsRef<str>, V: AsRef<str>>(document: &Document, settings: &[(K, V
 }
 
 pub fn resolve(document: &Document) -> Model {
-    model::resolve(&document.problem).unwrap_or_else(|diagnostics| panic!("{}", render(&diagnostics, document, false)))
+    model::resolve(&document.problem)
+        .unwrap_or_else(|refused| panic!("{}", render(&refused.diagnostics, document, false)))
 }
 
 /// The whole branch, or the states where a quantity has a value.

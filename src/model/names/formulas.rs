@@ -2,7 +2,7 @@
 
 use super::scope::Binder;
 use super::{Level, Names};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::expr::{self, Builder, Expr, ExprError, Node, Tape};
 use crate::model::{bracket, formula_errors, is_condition, token};
 use crate::spec::Number;
@@ -93,7 +93,7 @@ impl Names<'_> {
         let probes = binder.probes;
         if nodes.len() < sides.len() {
             errors.extend(formula_errors(pointer, wrong));
-            if errors.is_empty() {
+            if !errors.iter().any(|d| d.severity == Severity::Error) {
                 errors.push(Diagnostic::error("unusable", "this depends on a formula that is wrong").at(pointer, ""));
             }
             return None;
