@@ -294,6 +294,18 @@ fn set_refuses_with_the_list_of_keys() {
 }
 
 #[test]
+fn settings_that_are_wrong_are_all_reported_at_once() {
+    let cone = "problems/cone_on_flat.ron";
+    let sets = ["r0=0.5", "G=-1", "cone_angle=95", "r2=1"];
+    let arguments: Vec<&str> = ["run", cone].into_iter().chain(sets.iter().flat_map(|set| ["--set", set])).collect();
+    let err = membrane(&arguments).exits(2).err;
+    for part in ["initial sphere of radius 0.5", "shear modulus must be positive", "not 95.000000 degrees", "`r2`"] {
+        assert!(err.contains(part), "{part} is missing: {err}");
+    }
+    assert_eq!(err.matches("error[").count(), 4, "{err}");
+}
+
+#[test]
 fn out_writes_whole_files_and_nothing_else() {
     let directory = directory("out");
     let out = directory.join("a/b");

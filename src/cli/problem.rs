@@ -45,12 +45,15 @@ pub fn understand(file: &str, input: &Input) -> Result<(Document, Model), Refusa
             Err(refusal) => refusals.list.push(refusal),
         }
     }
-    if !refusals.list.is_empty() {
-        return Err(refusals);
-    }
+    // What could be set is examined also where something else could not.
     match model::resolve(&document.problem) {
-        Ok(model) => Ok((document, model)),
-        Err(refused) => Err(Refusals { list: vec![(Box::new(document), refused.diagnostics)], ledger: refused.ledger }),
+        Ok(model) if refusals.list.is_empty() => Ok((document, model)),
+        Ok(_) => Err(refusals),
+        Err(refused) => {
+            refusals.list.push((Box::new(document), refused.diagnostics));
+            refusals.ledger = refused.ledger;
+            Err(refusals)
+        }
     }
 }
 

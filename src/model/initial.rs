@@ -151,25 +151,64 @@ pub fn resolve(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -
         }
     };
     let law = law(problem, names, errors);
-    let (reference, law) = (reference?, law?);
-    let refuse = |pointer: &str, message: String, label: String, errors: &mut Vec<Diagnostic>| {
-        errors.push(Diagnostic::error("no-tension", message).at(pointer, label).help(
-            "an initial state under tension is needed: an inflated sphere that is larger than the reference sphere",
-        ));
-    };
-    let stretch = match &problem.initial {
+    let stretch = stretch(problem, names, reference.as_ref(), law.as_ref(), errors);
+    let unloaded = problem.initial == spec::Initial::Unloaded;
+    if !unloaded && problem.fluid.is_none() {
+        errors.push(
+            Diagnostic::error("no-fluid", "nothing holds the inflated initial state: the file has no fluid")
+                .at("/initial", "inflated, by what?")
+                .help("fluid: Incompressible, Pressure(..), Volume(..), Compressible(..), IdealGas(..), Osmotic(..), Law(..)"),
+        );
+        return None;
+    }
+    let (reference, stretch) = (reference?, stretch?);
+    if !unloaded && !(stretch > 1.0 + 1e-6) {
+        let (radius, r0) = (reference.radius, stretch * reference.radius);
+        let message =
+            format!("the initial sphere of radius {r0} is not larger than the reference sphere of radius {radius}");
+        errors.push(
+            Diagnostic::error("no-tension", message)
+                .at("/initial", "no tension: wrinkled or slack states are not solved by this version")
+                .help(
+                "an initial state under tension is needed: an inflated sphere that is larger than the reference sphere",
+            ),
+        );
+        return None;
+    }
+    let law = law?;
+    let energy = law.energy(stretch, stretch);
+    if !energy.is_finite() {
+        errors.push(
+            Diagnostic::error("locked", format!("the material locks before the initial stretch {stretch} is reached"))
+                .at("/initial", "energy infinite or undefined there"),
+        );
+        return None;
+    }
+    Some(Initial::new(reference, law, stretch))
+}
+
+/// The stretch of the initial sphere: each number is examined also where the others are wrong.
+fn stretch(
+    problem: &Problem,
+    names: &Names,
+    reference: Option<&Sphere>,
+    law: Option<&Law>,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<f64> {
+    Some(match &problem.initial {
         spec::Initial::Unloaded => 1.0,
         spec::Initial::Inflated(spec::Inflation::Radius(n)) => {
             let pointer = "/initial/Inflated/radius";
             let r = positive(names, n, pointer, "the inflated radius", errors)?;
-            r / reference.radius
+            r / reference?.radius
         }
         spec::Initial::Inflated(spec::Inflation::Volume(n)) => {
             let v = positive(names, n, "/initial/Inflated/volume", "the inflated volume", errors)?;
-            (v / (4.0 / 3.0 * PI)).cbrt() / reference.radius
+            (v / (4.0 / 3.0 * PI)).cbrt() / reference?.radius
         }
         spec::Initial::Inflated(spec::Inflation::Pressure(n)) => {
             let p = positive(names, n, "/initial/Inflated/pressure", "the inflating pressure", errors)?;
+            let (reference, law) = (reference?, law?);
             let pressure = |l: f64| 2.0 * law.response(l, l).w_l / (l * l * reference.radius);
             // The first stretch at which the pressure is reached, coming from the unloaded sphere.
             let mut l = 1.0;
@@ -193,33 +232,5 @@ pub fn resolve(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -
             }
             0.5 * (a + b)
         }
-    };
-    let unloaded = problem.initial == spec::Initial::Unloaded;
-    if !unloaded && problem.fluid.is_none() {
-        errors.push(
-            Diagnostic::error("no-fluid", "nothing holds the inflated initial state: the file has no fluid")
-                .at("/initial", "inflated, by what?")
-                .help("fluid: Incompressible, Pressure(..), Volume(..), Compressible(..), IdealGas(..), Osmotic(..), Law(..)"),
-        );
-        return None;
-    }
-    if !unloaded && !(stretch > 1.0 + 1e-6) {
-        let (radius, r0) = (reference.radius, stretch * reference.radius);
-        refuse(
-            "/initial",
-            format!("the initial sphere of radius {r0} is not larger than the reference sphere of radius {radius}"),
-            "no tension: wrinkled or slack states are not solved by this version".into(),
-            errors,
-        );
-        return None;
-    }
-    let energy = law.energy(stretch, stretch);
-    if !energy.is_finite() {
-        errors.push(
-            Diagnostic::error("locked", format!("the material locks before the initial stretch {stretch} is reached"))
-                .at("/initial", "energy infinite or undefined there"),
-        );
-        return None;
-    }
-    Some(Initial::new(reference, law, stretch))
+    })
 }

@@ -182,7 +182,12 @@ fn understand(
 ) -> Option<Model> {
     unsupported(problem, errors);
     let names = Names::new(problem, errors);
-    let initial = initial::resolve(problem, &names, errors)?;
+    let Some(initial) = initial::resolve(problem, &names, errors) else {
+        // What does not depend on the initial state is examined all the same.
+        meridian::examine(problem, presence, &names, errors);
+        reported::expectations(problem, &names, errors);
+        return None;
+    };
     let initial = initial.charged(tractions::repulsion(problem, &names));
     if initial.charge.is_some() && initial.pressure <= 0.0 {
         errors.push(

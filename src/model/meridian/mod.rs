@@ -12,7 +12,7 @@ use super::names::{JointName, Names, PieceName};
 use super::{Body, Initial, Presence, facing, token};
 use crate::diagnostic::Diagnostic;
 use crate::physics::surface::{Face, Facing};
-use crate::spec::{Element, Number, Problem};
+use crate::spec::{Element, Number, Problem, Shape};
 use crate::system::{Coordinate, Kind, Piece, Place, Pressure, Side, System, tip_length};
 use bodies::{Edge, FLAT, axial_place, surface, tube_radius};
 use conditions::Conditions;
@@ -41,6 +41,16 @@ pub struct Walk<'a> {
     pub images: f64,
     /// Axial position of the start of each piece.
     pub heights: Vec<crate::system::Formula>,
+}
+
+/// Finds what is wrong with the list and the bodies, whatever the initial state is.
+pub fn examine(problem: &Problem, presence: &Presence, names: &Names, errors: &mut Vec<Diagnostic>) {
+    read_list(problem, presence, errors);
+    for (body, said) in problem.bodies.values().enumerate() {
+        if !matches!(said.shape, Shape::Pipette { .. }) {
+            surface(problem, names, body, errors);
+        }
+    }
 }
 
 /// Walks the meridian.
