@@ -550,6 +550,16 @@ fn explain_lists_what_is_solved() {
     assert!(membrane(&["explain", PLATES, "--set", "r0=3"]).exits(0).out.contains("| r0   | 3 "));
 }
 
+/// A file whose elements appear by events: what each event changes stands there as well.
+#[test]
+fn explain_tells_what_an_event_changes() {
+    let ran = membrane(&["explain", "problems/micropipette.ron"]).exits(0);
+    let start = ran.out.find("## Event").expect("an event");
+    let event = &ran.out[start..start + ran.out[start..].find("\n## Branch").expect("the branch comes after it")];
+    insta::assert_snapshot!("explain_event_of_micropipette", event);
+    assert!(!membrane(&["explain", PLATES]).exits(0).out.contains("## Event"));
+}
+
 #[test]
 fn a_closed_pipe_is_no_mistake() {
     let long = "branch=(control: \"hbar\", from: 0.98, to: 0.9, steps: 100)";

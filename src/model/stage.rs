@@ -46,6 +46,8 @@ pub struct Change {
     pub at: usize,
     /// Negative before, positive after; or nothing where it is the least contact pressure of a piece.
     pub when: When,
+    /// The same in words: the equation that holds then, or what vanishes.
+    pub text: String,
 }
 
 /// What is watched.
@@ -84,8 +86,13 @@ pub(super) fn changes(
         let of = name.as_ref().unwrap_or(on).as_str().to_owned();
         if presence.has(element, i) {
             let Some(piece) = names.pieces.iter().position(|p| p.name == of) else { continue };
-            list.push(Change { kind: "lift_off", of: of.clone(), at: i, when: When::Length(piece) });
-            list.push(Change { kind: "lift_off", of, at: i, when: When::Pressure(piece) });
+            let whens = [
+                (When::Length(piece), "the length of the contact vanishes"),
+                (When::Pressure(piece), "the least contact pressure vanishes"),
+            ];
+            for (when, text) in whens {
+                list.push(Change { kind: "lift_off", of: of.clone(), at: i, when, text: text.to_owned() });
+            }
             continue;
         }
         let pointer = format!("/meridian/{i}/Contact/appears");
@@ -111,7 +118,7 @@ pub(super) fn changes(
             }
         };
         if let Some(f) = names.equation(system, &text, &format!("{pointer}/When"), false, errors) {
-            list.push(Change { kind: "touch", of, at: i, when: When::Formula(f) });
+            list.push(Change { kind: "touch", of, at: i, when: When::Formula(f), text });
         }
     }
     list

@@ -1,6 +1,6 @@
 //! A problem explained: what is given, what is unknown, which equations are solved and where each comes from. Markdown.
 
-use crate::model::{Entry, Model, Steps};
+use crate::model::{Change, Entry, Model, Steps, When};
 use crate::number::plain;
 use crate::spec::{Number, Problem, convert};
 use crate::system::{Coordinate, Kind, Place};
@@ -53,8 +53,43 @@ pub fn explain(problem: &Problem, model: &Model) -> String {
         let rows = problem.identities.iter().map(|(name, equation)| [name.clone(), equation.to_string()]);
         section(&mut text, "Identities, checked at every state", ["name", "equation"], rows);
     }
+    for change in &model.changes {
+        next(model, change, &mut text);
+    }
     branch(problem, model, &mut text);
     text
+}
+
+/// What an event changes: unknowns and conditions that come and go, and what undoes it.
+fn next(model: &Model, change: &Change, text: &mut String) {
+    let Ok(after) = model.toggled(change.at) else { return };
+    let (old, new) = (&model.ledger, &after.ledger);
+    let differ = |sign: &str, what: &str, of: &[Entry], than: &[Entry]| -> Vec<[String; 4]> {
+        let entries = of.iter().filter(|e| !than.contains(e));
+        entries.map(|e| [format!("{sign} {what}"), e.name.clone(), e.text.clone(), e.origin.clone()]).collect()
+    };
+    let rows = [
+        differ("-", "unknown", &old.unknowns, &new.unknowns),
+        differ("+", "unknown", &new.unknowns, &old.unknowns),
+        differ("-", "condition", &old.conditions, &new.conditions),
+        differ("+", "condition", &new.conditions, &old.conditions),
+    ];
+    let header = ["comes (+), goes (-)", "name", "what it is, or equation", "from"];
+    section(text, &format!("Event: {} of {}", change.kind, change.of), header, rows.concat());
+    let _ = write!(text, "\nIt happens where {}", told(change));
+    let _ = writeln!(text, "; the stage {} becomes {}.", code(&model.stage()), code(&after.stage()));
+    let _ = writeln!(text, "{} unknowns, {} conditions.", new.unknowns.len(), new.conditions.len());
+    for back in after.changes.iter().filter(|back| back.at == change.at) {
+        let _ = writeln!(text, "The event {} undoes it where {}.", back.kind, told(back));
+    }
+}
+
+/// When a change happens, in words.
+fn told(change: &Change) -> String {
+    match change.when {
+        When::Formula(_) => code(&change.text),
+        _ => change.text.clone(),
+    }
 }
 
 fn initial(problem: &Problem, model: &Model, text: &mut String) {
