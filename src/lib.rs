@@ -3,6 +3,7 @@
 pub mod bvp;
 pub mod diagnostic;
 pub mod expr;
+mod legendre;
 pub mod model;
 mod number;
 pub mod output;

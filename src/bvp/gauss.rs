@@ -7,31 +7,7 @@
 //! A second, finer set of `fine` nodes on the same interval sees what the k nodes cannot: the defect of the approximation between
 //! them. It serves the error estimate alone ([`super::estimate`]).
 
-/// Gauss-Legendre nodes and weights on [0, 1].
-fn legendre(n: usize) -> (Vec<f64>, Vec<f64>) {
-    let (mut nodes, mut weights) = (vec![0.0; n], vec![0.0; n]);
-    for i in 0..n {
-        // Newton from Tricomi's estimate; the recurrence gives P_n and its slope.
-        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
-        let mut slope = 0.0;
-        for _ in 0..100 {
-            let (mut p0, mut p1) = (1.0, x);
-            for j in 2..=n {
-                let j = j as f64;
-                (p0, p1) = (p1, ((2.0 * j - 1.0) * x * p1 - (j - 1.0) * p0) / j);
-            }
-            slope = n as f64 * (x * p1 - p0) / (x * x - 1.0);
-            let step = p1 / slope;
-            x -= step;
-            if step.abs() < 1e-16 {
-                break;
-            }
-        }
-        nodes[n - 1 - i] = 0.5 * (1.0 + x);
-        weights[n - 1 - i] = 1.0 / ((1.0 - x * x) * slope * slope);
-    }
-    (nodes, weights)
-}
+use crate::legendre;
 
 /// Coefficients (ascending powers) of the Lagrange polynomials on `nodes`; row l belongs to node l.
 fn lagrange(nodes: &[f64]) -> Vec<Vec<f64>> {
@@ -90,8 +66,8 @@ impl Gauss {
     /// The scheme with `k` stages, 2 <= k <= 8.
     pub fn new(k: usize) -> Self {
         assert!((2..=8).contains(&k), "Gauss collocation is meant for 2 to 8 stages");
-        let (nodes, weights) = legendre(k);
-        let (fine_nodes, fine_weights) = legendre(k + 3);
+        let (nodes, weights) = legendre::gauss(k);
+        let (fine_nodes, fine_weights) = legendre::gauss(k + 3);
         let (polynomials, fine_polynomials) = (lagrange(&nodes), lagrange(&fine_nodes));
         let table = |rows: &[f64], f: &dyn Fn(&[f64], f64) -> f64, p: &[Vec<f64>]| -> Vec<f64> {
             rows.iter().flat_map(|&x| p.iter().map(move |c| f(c, x))).collect()

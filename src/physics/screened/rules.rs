@@ -1,43 +1,10 @@
 //! Quadrature on one panel [0, 1]: Gauss rules that also integrate to their own nodes, and a rule for a logarithm at the start.
 
+use crate::legendre::{gauss, polynomials};
 use std::sync::LazyLock;
 
 /// Power of the map x = v^POWER that takes a logarithm at x = 0 away.
 const POWER: i32 = 7;
-
-/// Legendre polynomials P_0 to P_{n-1} at y.
-fn legendre(n: usize, y: f64) -> Vec<f64> {
-    let mut p = vec![1.0, y];
-    for j in 2..n {
-        let m = j as f64;
-        p.push(((2.0 * m - 1.0) * y * p[j - 1] - (m - 1.0) * p[j - 2]) / m);
-    }
-    p.truncate(n);
-    p
-}
-
-/// Gauss nodes and weights on [0, 1].
-fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
-    let m = n as f64;
-    let (mut nodes, mut weights) = (vec![0.0; n], vec![0.0; n]);
-    for i in 0..n.div_ceil(2) {
-        // y = 1 - t, so that nodes near the end keep their relative accuracy
-        let mut y = ((i as f64 + 0.75) / (m + 0.5) * std::f64::consts::PI).cos();
-        let slope = |y: f64| {
-            let p = legendre(n + 1, y);
-            (p[n], m * (p[n - 1] - y * p[n]) / (1.0 - y * y))
-        };
-        for _ in 0..8 {
-            let (p, dp) = slope(y);
-            y -= p / dp;
-        }
-        let dp = slope(y).1;
-        let weight = 1.0 / ((1.0 - y * y) * dp * dp);
-        (nodes[i], weights[i]) = ((1.0 - y) / 2.0, weight);
-        (nodes[n - 1 - i], weights[n - 1 - i]) = ((1.0 + y) / 2.0, weight);
-    }
-    (nodes, weights)
-}
 
 /// Sum of products.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -59,7 +26,7 @@ pub struct Rule {
 impl Rule {
     fn new(n: usize) -> Self {
         let (x, w) = gauss(n);
-        let basis: Vec<Vec<f64>> = x.iter().map(|x| legendre(n + 1, 2.0 * x - 1.0)).collect();
+        let basis: Vec<Vec<f64>> = x.iter().map(|x| polynomials(n + 1, 2.0 * x - 1.0)).collect();
         let coefficient = |j: usize, i: usize| (2 * j + 1) as f64 * w[i] * basis[i][j];
         let mut upto = vec![0.0; n * n];
         for i in 0..n {
@@ -113,13 +80,13 @@ impl Mapped {
         let m = samples.x.len();
         let x: Vec<f64> = rule.x.iter().map(|v| v.powi(POWER)).collect();
         let slope = rule.x.iter().map(|v| f64::from(POWER) * v.powi(POWER - 1)).collect();
-        let basis: Vec<Vec<f64>> = samples.x.iter().map(|x| legendre(m, 2.0 * x - 1.0)).collect();
+        let basis: Vec<Vec<f64>> = samples.x.iter().map(|x| polynomials(m, 2.0 * x - 1.0)).collect();
         let (mut value, mut mean) = (Vec::new(), Vec::new());
         for &x in &x {
-            let here = legendre(m, 2.0 * x - 1.0);
+            let here = polynomials(m, 2.0 * x - 1.0);
             let mut average = vec![0.0; m];
             for (y, w) in samples.x.iter().zip(&samples.w) {
-                for (sum, p) in average.iter_mut().zip(legendre(m, 2.0 * x * y - 1.0)) {
+                for (sum, p) in average.iter_mut().zip(polynomials(m, 2.0 * x * y - 1.0)) {
                     *sum += w * p;
                 }
             }
