@@ -15,8 +15,10 @@ pub struct Work {
     pub effort: Effort,
     /// Intervals of the final mesh.
     pub intervals: usize,
-    /// Processor time of this thread, seconds.
+    /// Processor time of all threads, seconds.
     pub cpu_seconds: f64,
+    /// The part of it that other threads than the one that solves have spent.
+    pub elsewhere: f64,
 }
 
 /// Why a state was not reached.
@@ -50,7 +52,7 @@ pub enum Halt {
 }
 
 /// Most intervals of all segments together.
-const MOST_INTERVALS: usize = 3000;
+const MOST_INTERVALS: usize = 1000;
 /// Rounds of refinement.
 const ROUNDS: usize = 9;
 /// A change by the last refinement of a tangent above this tells that its factors are not good enough.
@@ -89,7 +91,6 @@ pub(super) fn solve(
     if !system.repels() {
         return solve_given(model, system, disc, z, typical, work);
     }
-    let newton = newton(model.accuracy);
     let tension = model.initial.tension.abs().max(f64::MIN_POSITIVE);
     let enough = SETTLED * model.accuracy * tension / model.initial.radius;
     if system.pieces.iter().any(|piece| piece.repulsion.as_ref().is_some_and(|r| r.rest.is_none())) {
@@ -101,11 +102,9 @@ pub(super) fn solve(
         let mut kept = None;
         let mut settled = false;
         for _ in 0..SWEEPS {
-            let mut effort = Effort::default();
-            let result = newton.solve(&*system, disc, z, &mut kept, &mut effort);
-            work.effort += effort;
-            result.map_err(|failure| Halt::Newton { failure, worst: largest_residuals(model, system, disc, z) })?;
-            let Some(rests) = rests(system, disc, z) else { break };
+            iterate(model, system, disc, z, &mut kept, work)?;
+            let Some((rests, elsewhere)) = rests(system, disc, z) else { break };
+            work.elsewhere += elsewhere;
             settled = renew(system, rests) <= enough;
             if settled {
                 break;
@@ -120,8 +119,9 @@ pub(super) fn solve(
     }
 }
 
-/// Solves for the state that `system` closes, from `z` on `disc` (`typical`: magnitudes of the quantities, for those that vanish), and refines the mesh until every quantity is accurate, as far as
-/// the mesh can make it: what rounding adds is in the errors of the solution, and may exceed what was asked.
+/// Solves for the state that `system` closes, from `z` on `disc` (`typical`: magnitudes of the quantities, for those that vanish),
+/// and refines the mesh until every quantity is accurate, as far as the mesh can make it: what rounding adds is in the errors of
+/// the solution, and may exceed what was asked.
 ///
 /// # Errors
 /// [`Halt`]; `z` and `disc` then are those of the last attempt.
@@ -138,6 +138,24 @@ fn solve_given(
         if let Some(solution) = refinement.round(model, system, disc, z, typical, work)? {
             return Ok(solution);
         }
+    }
+}
+
+/// Newton's iteration on one mesh, and what it took.
+fn iterate(
+    model: &Model,
+    system: &System,
+    disc: &Discretization,
+    z: &mut Vec<f64>,
+    kept: &mut Option<Linearization>,
+    work: &mut Work,
+) -> Result<Effort, Halt> {
+    let mut effort = Effort::default();
+    let result = newton(model.accuracy).solve(system, disc, z, kept, &mut effort);
+    work.effort += effort;
+    match result {
+        Ok(()) => Ok(effort),
+        Err(failure) => Err(Halt::Newton { failure, worst: largest_residuals(model, system, disc, z) }),
     }
 }
 
@@ -162,11 +180,8 @@ impl Refinement {
         work: &mut Work,
     ) -> Result<Option<Solution>, Halt> {
         self.rounds += 1;
-        let mut effort = Effort::default();
         let mut kept = None;
-        let result = newton(model.accuracy).solve(system, disc, z, &mut kept, &mut effort);
-        work.effort += effort;
-        result.map_err(|failure| Halt::Newton { failure, worst: largest_residuals(model, system, disc, z) })?;
+        let effort = iterate(model, system, disc, z, &mut kept, work)?;
         // The estimate is as good as the factors it is solved with: renew those of an early iterate.
         let factors = match kept.filter(|_| effort.factorisations == 1 && effort.iterations <= 5) {
             Some(factors) => factors,

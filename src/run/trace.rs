@@ -87,7 +87,7 @@ impl Tracer {
 
     pub(super) fn report(&mut self, reason: Reason, at: Option<Request>, solution: Solution) {
         let now = thread_seconds();
-        self.work.cpu_seconds = now - self.begun;
+        self.work.cpu_seconds = now - self.begun + self.work.elsewhere;
         self.begun = now;
         for (t, q) in self.typical.iter_mut().zip(&solution.quantities) {
             *t = t.max(q.map_or(0.0, |q| q.value.abs()));

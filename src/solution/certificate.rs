@@ -281,7 +281,7 @@ fn traction_work(view: &View, s: usize) -> (f64, f64) {
             };
             work += measure.re * (radial.re * du + axial.re * dh);
             if let Some(repulsion) = &piece.repulsion {
-                let local = (m.lambda * m.mu).recip() * repulsion.strength();
+                let local = repulsion.local(m.lambda, m.mu).w;
                 stored += (measure * local).du[TANGENT];
             }
         }

@@ -12,6 +12,7 @@ use super::repulsion::Rest;
 use super::{Coordinate, Kind, Place, System};
 use crate::bvp::{Discretization, Gauss, Problem};
 use crate::physics::screened::{Charged, Ring, on_surface};
+use cpu_time::ThreadTime;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -56,11 +57,11 @@ struct Surface<'a> {
     system: &'a System,
     disc: &'a Discretization,
     z: &'a [f64],
-    shapes: Vec<Shape>,
+    extents: Vec<Extent>,
 }
 
 /// What does not change along a piece.
-struct Shape {
+struct Extent {
     a: f64,
     b: f64,
     apex: f64,
@@ -73,7 +74,7 @@ const POLE: f64 = 1e-120;
 impl<'a> Surface<'a> {
     fn new(system: &'a System, disc: &'a Discretization, z: &'a [f64]) -> Self {
         let globals = disc.globals(z);
-        let shapes = system
+        let extents = system
             .pieces
             .iter()
             .enumerate()
@@ -82,10 +83,10 @@ impl<'a> Surface<'a> {
                 let (a, b) = piece.places(&p);
                 let apex = piece.apex_at(&|g| globals[g]);
                 let breaks = disc.meshes[s].iter().map(|&x| outer(piece.coordinate, x)).collect();
-                Shape { a, b, apex, breaks }
+                Extent { a, b, apex, breaks }
             })
             .collect();
-        Surface { system, disc, z, shapes }
+        Surface { system, disc, z, extents }
     }
 }
 
@@ -108,26 +109,26 @@ fn inner(coordinate: Coordinate, x: f64) -> (f64, f64) {
 
 impl Charged for Surface<'_> {
     fn pieces(&self) -> usize {
-        self.shapes.len()
+        self.extents.len()
     }
 
     fn breaks(&self, piece: usize) -> &[f64] {
-        &self.shapes[piece].breaks
+        &self.extents[piece].breaks
     }
 
     fn at(&self, s: usize, x: f64) -> Ring {
-        let (piece, shape) = (&self.system.pieces[s], &self.shapes[s]);
+        let (piece, extent) = (&self.system.pieces[s], &self.extents[s]);
         let (x, by) = inner(piece.coordinate, x.clamp(POLE, 1.0 - f64::EPSILON));
         let x = x.clamp(POLE, 1.0 - f64::EPSILON);
         let (interval, theta) = self.disc.locate(s, x);
         let mut y = [0.0; 4];
         let n = piece.states();
         self.disc.interpolate(self.z, s, interval, theta, &mut y[..n]);
-        let (eta, stretch) = piece.coordinate.at(x, shape.a, shape.b);
-        let m = piece.local_shape(&self.system.reference, eta, &y[..n]);
+        let (eta, stretch) = piece.coordinate.at(x, extent.a, extent.b);
+        let m = piece.spot(&self.system.reference, eta, &y[..n]);
         let z = match &piece.kind {
             Kind::Free => y[3],
-            Kind::Contact(face) => shape.apex + face.drop(m.u),
+            Kind::Contact(face) => extent.apex + face.drop(m.u),
             Kind::Wall { .. } => f64::NAN,
         };
         let along = m.rho0 * stretch * by;
@@ -135,8 +136,9 @@ impl Charged for Surface<'_> {
     }
 }
 
-/// What the local energy misses on each piece, at the Gauss nodes of a state; nothing where there is no repulsion.
-pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<Vec<Arc<Rest>>> {
+/// What the local energy misses on each piece, at the Gauss nodes of a state, and the processor time that this took on other threads,
+/// seconds; nothing where there is no repulsion.
+pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<Arc<Rest>>, f64)> {
     let repulsion = system.pieces.first()?.repulsion.as_ref()?;
     let (fine, smooth) = lifted(system, disc, z);
     let surface = Surface::new(system, &fine, &smooth);
@@ -144,9 +146,11 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<Vec<Ar
     let all: Vec<(usize, usize, usize)> = (0..system.pieces.len())
         .flat_map(|s| (0..disc.intervals(s)).flat_map(move |i| (0..k).map(move |j| (s, i, j))))
         .collect();
-    let values: Vec<([f64; 3], [f64; 3])> = all
+    let here = std::thread::current().id();
+    let values: Vec<(([f64; 3], [f64; 3]), f64)> = all
         .par_iter()
         .map(|&(s, i, j)| {
+            let begun = ThreadTime::now();
             let piece = &system.pieces[s];
             let x = disc.meshes[s][i] + disc.width(s, i) * disc.gauss.nodes[j];
             let field = on_surface(&surface, repulsion.k, s, outer(piece.coordinate, x));
@@ -154,24 +158,27 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<Vec<Ar
             let mut y = [0.0; 4];
             disc.interpolate(z, s, i, disc.gauss.nodes[j], &mut y[..n]);
             let slopes = &z[disc.k(s, i) + j * n..disc.k(s, i) + (j + 1) * n];
-            let (eta, stretch) = piece.coordinate.at(x, surface.shapes[s].a, surface.shapes[s].b);
+            let (eta, stretch) = piece.coordinate.at(x, surface.extents[s].a, surface.extents[s].b);
             let m = piece.local(&system.reference, &system.law, eta, &y[..n]);
-            let d = repulsion.derivatives(m.lambda, m.mu);
+            let d = repulsion.local(m.lambda, m.mu);
             // Slopes are of ln(lambda), ln(mu), tau by x.
             let [by_l, by_m] = [slopes[0] * m.lambda / stretch, slopes[1] * m.mu / stretch];
             let turning = if let Kind::Free = piece.kind { slopes[2] / stretch } else { 0.0 };
-            let t = (d.ll * by_l + d.lm * by_m + m.slope0 * d.l - d.m * m.cos) / m.rho0;
-            let normal = (-d.l * turning - d.m * m.sin) / m.rho0;
+            let t = (d.w_ll * by_l + d.w_lm * by_m + m.slope0 * d.w_l - d.w_m * m.cos) / m.rho0;
+            let normal = (-d.w_l * turning - d.w_m * m.sin) / m.rho0;
             let c = repulsion.coupling;
             let radial = c * field.radial - (t * m.cos + normal * m.sin);
             let axial = c * field.axial - (t * m.sin - normal * m.cos);
             // How much of a traction arrives in ln(lambda) and tau.
             let r = &m.response;
             let effect = m.rho0 * stretch * disc.width(s, i) / r.w_l.abs().min(m.lambda * r.w_ll.abs());
-            ([radial / m.rho0, axial, 0.5 * c * field.potential], [c * field.error, effect, m.rho0])
+            let node = ([radial / m.rho0, axial, 0.5 * c * field.potential], [c * field.error, effect, m.rho0]);
+            let elsewhere = if std::thread::current().id() == here { 0.0 } else { begun.elapsed().as_secs_f64() };
+            (node, elsewhere)
         })
         .collect();
-    let mut rest = values.into_iter();
+    let elsewhere = values.iter().map(|v| v.1).sum();
+    let mut rest = values.into_iter().map(|v| v.0);
     let pieces = (0..system.pieces.len()).map(|s| {
         let (values, others): (Vec<_>, Vec<_>) = rest.by_ref().take(disc.intervals(s) * k).unzip();
         let error = others.iter().fold(0.0, |a, o| f64::max(a, o[0]));
@@ -188,7 +195,7 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<Vec<Ar
         let radii = others.iter().map(|o| o[2]).collect();
         Arc::new(Rest { gauss: disc.gauss.clone(), mesh: disc.meshes[s].clone(), values, radii, error, unresolved })
     });
-    Some(pieces.collect())
+    Some((pieces.collect(), elsewhere))
 }
 
 /// Puts newly computed tractions on the pieces. Returns the largest change.

@@ -112,7 +112,7 @@ pub struct Piece {
 }
 
 /// The place of a point of the membrane.
-pub(super) struct Shape {
+pub(super) struct Spot {
     pub rho0: f64,
     pub u: f64,
     pub lambda: f64,
@@ -229,11 +229,11 @@ impl Piece {
     }
 
     /// Where the membrane is at a state of this piece, without its response.
-    pub(super) fn local_shape(&self, reference: &Sphere, eta: f64, y: &[f64]) -> Shape {
+    pub(super) fn spot(&self, reference: &Sphere, eta: f64, y: &[f64]) -> Spot {
         let rho0 = reference.at(eta).rho0;
         let (ln_mu, tau) = self.shape(rho0, y);
         let (sin, cos) = tau.sin_cos();
-        Shape { rho0, u: rho0 * ln_mu.exp(), lambda: y[0].exp(), sin, cos }
+        Spot { rho0, u: rho0 * ln_mu.exp(), lambda: y[0].exp(), sin, cos }
     }
 
     /// Axial position of the apex of its face, given every global; zero where it has none.

@@ -10,6 +10,8 @@
 //! is brought up to date between solves as a traction that is given where the equations are collocated.
 
 use crate::bvp::Gauss;
+use crate::legendre::polynomials;
+use crate::physics::material::Response;
 use crate::physics::membrane::Local;
 use crate::scalar::Scalar;
 use std::f64::consts::PI;
@@ -44,42 +46,26 @@ pub struct Rest {
     pub unresolved: Vec<f64>,
 }
 
-/// Derivatives of the local energy by the stretches.
-pub struct Derivatives {
-    /// By lambda.
-    pub l: f64,
-    /// By mu.
-    pub m: f64,
-    /// Twice by lambda.
-    pub ll: f64,
-    /// By both.
-    pub lm: f64,
-}
-
 impl Repulsion {
-    /// The factor of 1/(lambda mu) in the local energy.
-    pub fn strength(&self) -> f64 {
-        PI * self.coupling / self.k
+    /// The local energy per reference area, and its derivatives by the stretches.
+    #[inline]
+    pub fn local<S: Scalar>(&self, lambda: S, mu: S) -> Response<S> {
+        let (by_l, by_m) = (lambda.recip(), mu.recip());
+        let w = by_l * by_m * (PI * self.coupling / self.k);
+        Response { w, w_l: -(w * by_l), w_m: -(w * by_m), w_ll: w * by_l * by_l * 2.0, w_lm: w * by_l * by_m }
     }
 
     /// The membrane with the local energy in its response.
     #[inline]
     pub fn added_to<S: Scalar>(&self, m: &Local<S>) -> Local<S> {
-        let (mut out, by_l, by_m) = (*m, m.lambda.recip(), m.mu.recip());
-        let w = by_l * by_m * self.strength();
+        let (mut out, d) = (*m, self.local(m.lambda, m.mu));
         let r = &mut out.response;
-        r.w = r.w + w;
-        r.w_l = r.w_l - w * by_l;
-        r.w_m = r.w_m - w * by_m;
-        r.w_ll = r.w_ll + w * by_l * by_l * 2.0;
-        r.w_lm = r.w_lm + w * by_l * by_m;
+        r.w = r.w + d.w;
+        r.w_l = r.w_l + d.w_l;
+        r.w_m = r.w_m + d.w_m;
+        r.w_ll = r.w_ll + d.w_ll;
+        r.w_lm = r.w_lm + d.w_lm;
         out
-    }
-
-    /// The derivatives of the local energy.
-    pub fn derivatives(&self, lambda: f64, mu: f64) -> Derivatives {
-        let w = self.strength() / (lambda * mu);
-        Derivatives { l: -w / lambda, m: -w / mu, ll: 2.0 * w / (lambda * lambda), lm: w / (lambda * mu) }
     }
 
     /// What the local energy misses at `x`, away from the axis and downwards, where the reference radius is `rho0`.
@@ -101,10 +87,11 @@ impl Rest {
     /// coefficient.
     pub fn hidden(gauss: &Gauss, values: &[[f64; 3]], radius: f64, edge: bool) -> f64 {
         let k = gauss.stages();
+        let basis: Vec<Vec<f64>> = gauss.nodes.iter().map(|x| polynomials(k, 2.0 * x - 1.0)).collect();
         let coefficient = |n: usize| {
             let mut c = [0.0; 2];
-            for ((x, w), v) in gauss.nodes.iter().zip(&gauss.weights).zip(values) {
-                let p = (2 * n + 1) as f64 * w * legendre(n, 2.0 * x - 1.0);
+            for ((p, w), v) in basis.iter().zip(&gauss.weights).zip(values) {
+                let p = (2 * n + 1) as f64 * w * p[n];
                 c[0] += p * v[0] * radius;
                 c[1] += p * v[1];
             }
@@ -130,14 +117,4 @@ impl Rest {
         }
         out
     }
-}
-
-/// The Legendre polynomial of degree n.
-fn legendre(n: usize, x: f64) -> f64 {
-    let (mut a, mut b) = (1.0, x);
-    for i in 1..n {
-        let i = i as f64;
-        (a, b) = (b, ((2.0 * i + 1.0) * x * b - i * a) / (i + 1.0));
-    }
-    if n == 0 { 1.0 } else { b }
 }
