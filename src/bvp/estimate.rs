@@ -17,17 +17,17 @@ use super::assembly::stage_value;
 use super::{Discretization, Layout, Linearization, Problem, Residual, State};
 use crate::scalar::Scalar;
 
-/// The scattered estimate counts for a part only; what given data hide is counted in full.
-const UNRESOLVED: f64 = 5.0;
+/// The part of what an interval contributes that the estimate may neglect. It stands out where contributions cancel.
+const NEGLECTED: f64 = 0.08;
 
 /// The estimated error of a solution.
 #[derive(Clone, Debug, Default)]
 pub struct Estimate {
     /// (Exact) - (computed) for every unknown, to leading order.
     pub delta: State,
-    /// What `delta` would be if each interval contributed with another sign, from a fixed sequence: the size that contributions
-    /// have before they cancel, of which what is neglected is a part.
-    pub scattered: State,
+    /// A sample of what `delta` neglects: a part of what each interval contributes, and all that it does not resolve of given data,
+    /// with signs from a fixed sequence.
+    pub neglected: State,
     /// (Exact) - (computed) of the quadratures by themselves, per segment, coupled ones first: what finer nodes and e1 add.
     /// The part through `delta` is not included.
     pub quadratures: Vec<Vec<f64>>,
@@ -47,7 +47,7 @@ impl Estimate {
         let segments = &disc.layout.segments;
         Estimate {
             delta: vec![0.0; disc.unknowns()],
-            scattered: vec![0.0; disc.unknowns()],
+            neglected: vec![0.0; disc.unknowns()],
             quadratures: per(&|s| segments[s].coupled + segments[s].reported),
             local: per(&|s| disc.intervals(s)),
             unresolved: per(&|s| disc.intervals(s)),
@@ -165,13 +165,13 @@ impl Estimate {
             let intervals = rhs.stages[s].chunks_exact_mut(k * n).zip(rhs.jumps[s].chunks_exact_mut(n));
             for ((stages, jump), given) in intervals.zip(&unresolved[s]) {
                 let sign = sign();
-                stages.iter_mut().chain(&mut *jump).for_each(|v| *v *= sign);
-                jump.iter_mut().for_each(|v| *v += sign * UNRESOLVED * given);
+                stages.iter_mut().chain(&mut *jump).for_each(|v| *v *= sign * NEGLECTED);
+                jump.iter_mut().for_each(|v| *v += sign * given);
             }
         }
-        let mut scattered = vec![0.0; disc.unknowns()];
-        factors.solve(disc, &rhs, &mut scattered);
-        Estimate { delta, scattered, quadratures: defects, local, unresolved, injected }
+        let mut neglected = vec![0.0; disc.unknowns()];
+        factors.solve(disc, &rhs, &mut neglected);
+        Estimate { delta, neglected, quadratures: defects, local, unresolved, injected }
     }
 
     /// Largest local error of any interval: the estimate is to be trusted where this is small.

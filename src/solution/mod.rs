@@ -1,7 +1,7 @@
 //! A solved state: its quantities with their errors, and the certificate.
 //!
 //! Everything is read off a state in one pass with numbers that carry four directions: along the branch ([`TANGENT`]), along the
-//! estimated error ([`ERROR`]), along the same with its parts scattered ([`SCATTERED`]), and along a sample of rounding errors
+//! estimated error ([`ERROR`]), along a sample of what that neglects ([`NEGLECTED`]), and along a sample of rounding errors
 //! ([`ROUNDING`]). The first gives exact slopes, the others the error of every quantity, however it is computed.
 
 mod certificate;
@@ -25,15 +25,13 @@ pub type Carried = Dual<4>;
 pub const TANGENT: usize = 0;
 /// Direction of the estimated discretisation error.
 pub const ERROR: usize = 1;
-/// Direction of the estimated discretisation error with the contributions of the intervals in another combination of signs.
-pub const SCATTERED: usize = 2;
+/// Direction of a sample of what the estimated discretisation error neglects.
+pub const NEGLECTED: usize = 2;
 /// Direction of a sample of rounding errors.
 pub const ROUNDING: usize = 3;
 
-/// The estimate of the discretisation error is asymptotically exact ..
-const SAFETY: f64 = 2.5;
-/// .. and neglects a part of what each interval contributes, which stands out where the contributions cancel.
-const NEGLECTED: f64 = 0.2;
+/// The estimate of the discretisation error is asymptotically exact; this covers what it neglects where nothing cancels.
+const SAFETY: f64 = 4.0;
 /// One sample of rounding errors with random signs; their worst sum may be several times larger.
 const ROUNDING_SAFETY: f64 = 8.0;
 /// No number is known better than this, relative to itself.
@@ -54,7 +52,7 @@ pub struct Measured {
 
 impl From<Carried> for Measured {
     fn from(v: Carried) -> Self {
-        let discretisation = SAFETY * v.du[ERROR].abs() + NEGLECTED * v.du[SCATTERED].abs();
+        let discretisation = SAFETY * v.du[ERROR].abs() + v.du[NEGLECTED].abs();
         let error = discretisation + ROUNDING_SAFETY * v.du[ROUNDING].abs() + LEAST_ERROR * v.re.abs();
         Measured { value: v.re, slope: v.du[TANGENT], error, discretisation }
     }
@@ -93,7 +91,7 @@ impl Solution {
         rounding: &[f64],
     ) -> Self {
         let carried: Vec<Carried> = (0..disc.unknowns())
-            .map(|i| Dual { re: state[i], du: [tangent[i], estimate.delta[i], estimate.scattered[i], rounding[i]] })
+            .map(|i| Dual { re: state[i], du: [tangent[i], estimate.delta[i], estimate.neglected[i], rounding[i]] })
             .collect();
         let view = View::new(model, system, disc, carried, Some(estimate));
         let mut infinite = view.infinite();

@@ -1,6 +1,6 @@
 //! A state as formulas see it: the value of every probe, on numbers that carry directions.
 
-use super::{Carried, ERROR, ROUNDING};
+use super::{Carried, ERROR};
 use crate::bvp::{Discretization, Estimate, quadratures_along, value_at};
 use crate::model::Model;
 use crate::physics::material::Energy;
@@ -8,10 +8,6 @@ use crate::physics::membrane::Local;
 use crate::scalar::Scalar;
 use crate::system::{Coordinate, Field, Formula, Kind, Probe, Side, System, tip_coefficient};
 use std::cell::OnceCell;
-
-/// The estimated error of a tip coefficient has been seen to fall short by this, in its logarithm: it is read where the stretches are
-/// powers of a distance of many decades.
-const READING: f64 = 3e-12;
 
 /// A state and what has been computed of it.
 pub struct View<'a> {
@@ -201,16 +197,14 @@ impl<'a> View<'a> {
             return None;
         }
         // Read in the middle of the piece: what it starts with wrongly has decayed, and the reference shape is still flat.
-        let mesh = &self.disc.meshes[s];
-        let middle = (1..mesh.len() - 1).min_by(|&i, &j| (mesh[i] - 0.5).abs().total_cmp(&(mesh[j] - 0.5).abs()))?;
-        let eta = self.eta(s, mesh[middle]);
+        let eta = self.eta(s, 0.5);
         let inwards = if side == Side::Start { eta } else { -eta };
         // phi = 2 exp(eta) near the pole.
         let ln_phi = inwards + std::f64::consts::LN_2;
-        let ln_lambda = self.state[self.disc.y(s, middle)];
+        let (interval, theta) = self.disc.locate(s, 0.5);
+        let ln_lambda = value_at(system, self.disc, &|i| self.state[i], s, interval, theta)?[0];
         let (mut ln_c, missed) = tip_coefficient(face.tip_inclination().cos(), ln_phi, ln_lambda)?;
         ln_c.du[ERROR] += missed;
-        ln_c.du[ROUNDING] += READING;
         Some(ln_c.exp())
     }
 
