@@ -90,8 +90,11 @@ impl Newton {
                 residual(problem, disc, z, &mut r);
             }
         }
+        // Tried first with factors that serve nearly always; where no step helps, the factors may be what is wrong.
+        let mut even = false;
         for _ in 0..self.limit {
-            let factors = Linearization::new(problem, disc, z).map_err(|e| match e {
+            let factorise = if even { Linearization::even } else { Linearization::new };
+            let factors = factorise(problem, disc, z).map_err(|e| match e {
                 Singular::Stage { .. } | Singular::Matching => Failure::Singular,
             })?;
             effort.factorisations += 1;
@@ -134,7 +137,12 @@ impl Newton {
                 }
                 step *= 0.5;
                 if step < LEAST_STEP {
-                    return Err(Failure::Diverged);
+                    if even {
+                        return Err(Failure::Diverged);
+                    }
+                    even = true;
+                    residual(problem, disc, z, &mut r);
+                    break;
                 }
             }
         }
