@@ -2,17 +2,18 @@
 
 mod common;
 
-use common::{read, resolve, run, with};
+use common::{parse, resolve, run, with};
 use membrane::run::Status;
+use membrane::spec::Syntax;
 
 /// One state of a problem, as name -> (value, error).
-fn solve(file: &str, set: &[(&str, String)], at: (&str, f64)) -> impl Fn(&str) -> (f64, f64) + use<> {
+fn solve(text: &str, set: &[(&str, String)], at: (&str, f64)) -> impl Fn(&str) -> (f64, f64) + use<> {
     let settings: Vec<(String, String)> = set.iter().map(|(k, v)| ((*k).to_owned(), v.clone())).collect();
-    let model = resolve(&with(&read(file), &settings));
+    let model = resolve(&with(&parse("a file of this test", text.to_owned(), Syntax::Ron), &settings));
     let outcome = run(&model, Some(at));
-    assert_eq!(outcome.status, Status::Complete, "{file} {set:?} {at:?}");
+    assert_eq!(outcome.status, Status::Complete, "{set:?} {at:?}");
     let solution = outcome.points[0].solution.clone();
-    assert!(solution.certificate.virtual_work < 1e-4, "{file} {set:?}: {}", solution.certificate.virtual_work);
+    assert!(solution.certificate.virtual_work < 1e-4, "{set:?}: {}", solution.certificate.virtual_work);
     move |name: &str| {
         let q = model.quantities.iter().position(|q| q.name == name).unwrap_or_else(|| panic!("no {name}"));
         let m = solution.quantities[q].unwrap();
@@ -20,7 +21,8 @@ fn solve(file: &str, set: &[(&str, String)], at: (&str, f64)) -> impl Fn(&str) -
     }
 }
 
-const FILE: &str = "problems/electrostatic.ron";
+/// The shipped file.
+const FILE: &str = include_str!("../problems/electrostatic.ron");
 
 fn charged(r0: f64, k: f64, c: f64, h: f64) -> [(&'static str, String); 4] {
     [("r0", r0.to_string()), ("k", k.to_string()), ("C", c.to_string()), ("H", h.to_string())]
@@ -100,13 +102,10 @@ fn the_potential_has_the_right_derivatives() {
 /// Without the repulsion of the membrane by itself the answer is another one.
 #[test]
 fn the_repulsion_matters() {
-    let file = std::fs::read_to_string(FILE).unwrap();
-    let bare: String = file.lines().filter(|l| !l.contains("repulsion")).map(|l| format!("{l}\n")).collect();
-    let path = std::env::temp_dir().join("membrane_without_repulsion.ron");
-    std::fs::write(&path, bare).unwrap();
+    let bare: String = FILE.lines().filter(|l| !l.contains("repulsion")).map(|l| format!("{l}\n")).collect();
     let set = charged(1.2, 100.0, 0.05, 0.001);
     let with = solve(FILE, &set, ("sigma_hat", 20.0));
-    let without = solve(path.to_str().unwrap(), &set, ("sigma_hat", 20.0));
+    let without = solve(&bare, &set, ("sigma_hat", 20.0));
     assert!((with("p_f").0 / without("p_f").0 - 1.0).abs() > 1e-3);
     assert!((with("force").0 / without("force").0 - 1.0).abs() > 1e-4);
 }
@@ -114,16 +113,14 @@ fn the_repulsion_matters() {
 /// The catalogue's charged plane is the formula that a user could write.
 #[test]
 fn a_formula_does_what_the_catalogue_does() {
-    let file = std::fs::read_to_string(FILE).unwrap();
-    let written = file.replace(
+    let written = FILE.replace(
         "ChargedPlane(h: \"H\", charge_ratio: \"sigma_hat\", coupling: \"C\", debye_length: \"1/k\")",
         "Applied(axial: \"2*pi*C*sigma_hat*exp(-k*(H - h))\", per: ReferenceArea)",
     );
-    assert_ne!(file, written);
-    let path = std::env::temp_dir().join("membrane_written_attraction.ron");
-    std::fs::write(&path, written.replace("\"energy_substrate\": \"attraction.energy\",", "")).unwrap();
+    assert_ne!(FILE, written);
+    let written = written.replace("\"energy_substrate\": \"attraction.energy\",", "");
     let set = charged(1.2, 40.0, 0.05, 0.001);
-    let (a, b) = (solve(FILE, &set, ("sigma_hat", 5.0)), solve(path.to_str().unwrap(), &set, ("sigma_hat", 5.0)));
+    let (a, b) = (solve(FILE, &set, ("sigma_hat", 5.0)), solve(&written, &set, ("sigma_hat", 5.0)));
     for q in ["a", "p_f", "force", "height"] {
         assert!((a(q).0 / b(q).0 - 1.0).abs() < 1e-9, "{q}");
     }
@@ -143,9 +140,7 @@ fn the_ground_carries_the_weight() {
         )
     };
     for (per, current) in [("ReferenceArea", false), ("CurrentArea", true)] {
-        let path = std::env::temp_dir().join(format!("membrane_heavy_{per}.ron"));
-        std::fs::write(&path, file(per)).unwrap();
-        let s = solve(path.to_str().unwrap(), &[], ("weight", 0.1));
+        let s = solve(&file(per), &[], ("weight", 0.1));
         let area = if current { s("area").0 } else { 4.0 * std::f64::consts::PI };
         assert!((s("pressed").0 / (0.1 * area) - 1.0).abs() < 1e-9, "{per}");
     }
