@@ -147,7 +147,7 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<A
         .flat_map(|s| (0..disc.intervals(s)).flat_map(move |i| (0..k).map(move |j| (s, i, j))))
         .collect();
     let here = std::thread::current().id();
-    let values: Vec<(([f64; 3], [f64; 3]), f64)> = all
+    let values: Vec<(Node, f64)> = all
         .par_iter()
         .map(|&(s, i, j)| {
             let begun = ThreadTime::now();
@@ -197,6 +197,9 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<A
     });
     Some((pieces.collect(), elsewhere))
 }
+
+/// What is found at a node: the values of a [`Rest`]; the error, how much of a traction arrives in the states, the reference radius.
+type Node = ([f64; 3], [f64; 3]);
 
 /// Puts newly computed tractions on the pieces. Returns the largest change.
 pub fn renew(system: &mut System, rests: Vec<Arc<Rest>>) -> f64 {
