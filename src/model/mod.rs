@@ -56,6 +56,17 @@ pub struct Edge {
     pub facing: Facing,
 }
 
+/// The edge of an adhering contact.
+#[derive(Clone, Debug)]
+pub struct Adhesion {
+    /// The piece before it; the next one is after it.
+    pub before: usize,
+    /// True if the piece before it is the free one.
+    pub free_first: bool,
+    /// Energy per reference area.
+    pub energy: Formula,
+}
+
 /// A problem, understood.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -79,6 +90,8 @@ pub struct Model {
     pub bodies: Vec<Body>,
     /// The sharp edges over which it is bent.
     pub edges: Vec<Edge>,
+    /// The edges at which it adheres.
+    pub adhesions: Vec<Adhesion>,
     /// The elements that are present in this stage.
     pub presence: Presence,
     /// What may change them.
@@ -200,7 +213,7 @@ fn understand(
     let names = names.with_initial(&initial);
     let walk = meridian::walk(problem, presence, names, &initial, errors)?;
     let meridian::Walk { mut names, initial, mut system, mut ledger, globals, initial_globals, mut bodies, .. } = walk;
-    let (edges, images, heights) = (walk.edges, walk.images, walk.heights);
+    let (edges, adhesions, images, heights) = (walk.edges, walk.adhesions, walk.images, walk.heights);
     names.definitions(&system, errors);
 
     // Fluid, constraints, branch: the conditions that belong to no place.
@@ -261,6 +274,7 @@ fn understand(
         system,
         bodies,
         edges,
+        adhesions,
         presence: presence.clone(),
         changes,
         present,

@@ -76,7 +76,7 @@ pub(super) fn written_unit(text: &str) -> Option<String> {
 }
 
 /// The top-level keys that can be set.
-const ROOT_KEYS: [&str; 21] = [
+const ROOT_KEYS: [&str; 23] = [
     "title",
     "about",
     "units",
@@ -97,5 +97,7 @@ const ROOT_KEYS: [&str; 21] = [
     "sweep",
     "outputs",
     "accuracy",
+    "figures",
+    "identities",
     "expect",
 ];

@@ -139,6 +139,16 @@ impl Certificate {
             work += radial + axial;
             size += radial.abs() + axial.abs();
         }
+        // What adheres gains its energy, per reference area.
+        for adhesion in &model.adhesions {
+            let Some(energy) = view.value(&adhesion.energy) else { continue };
+            let s = adhesion.before + 1;
+            let (Some(m), eta) = (view.end(s, Side::Start), view.eta(s, 0.0)) else { continue };
+            let covered = (m.rho0 * m.rho0 * 2.0 * PI).re * along(eta);
+            let gain = energy.re * if adhesion.free_first { -covered } else { covered };
+            work += gain;
+            size += gain.abs();
+        }
         self.virtual_work = if size > 0.0 { (energy - work).abs() / size } else { 0.0 };
     }
 

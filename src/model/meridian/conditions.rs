@@ -8,7 +8,7 @@ use crate::diagnostic::Diagnostic;
 use crate::expr::{Builder, ExprError, Node};
 use crate::model::ledger::Ledger;
 use crate::model::names::{Binder, Names};
-use crate::model::{bracket, token};
+use crate::model::{Adhesion, bracket, token};
 use crate::spec::{Equation, Formula, KinkLaw, Number};
 use crate::system::{Coordinate, Field, Kind, Side, System};
 use indexmap::IndexMap;
@@ -88,21 +88,53 @@ impl Conditions<'_, '_> {
 
     /// A smooth contact edge behind a piece.
     pub(super) fn smooth(&mut self, before: usize) {
-        let [a, b] = [before, before + 1].map(|i| self.system.pieces[i].name.clone());
         let origin = "joint (Smooth)";
-        let said = |what: &str| (format!("{a}/{b}: {what} continuous"), format!("{a}.end.{what} = {b}.start.{what}"));
         for (what, field) in [("u", Field::Mu), ("tau", Field::Tau), ("lambda", Field::Lambda)] {
-            let (name, text) = said(what);
-            self.add(name, text, origin, &|b, x| {
-                let (l, r) = (x.end(b, before, Side::End, field), x.end(b, before + 1, Side::Start, field));
-                Ok(b.sub(l, r))
-            });
+            self.continuous(before, what, field, origin);
         }
-        let (name, text) = said("h");
+        self.level(before, origin);
+    }
+
+    /// A field has one value on both sides of the joint behind a piece.
+    fn continuous(&mut self, before: usize, what: &str, field: Field, origin: &str) {
+        let [a, b] = [before, before + 1].map(|i| self.system.pieces[i].name.clone());
+        let (name, text) = (format!("{a}/{b}: {what} continuous"), format!("{a}.end.{what} = {b}.start.{what}"));
+        self.add(name, text, origin, &|b, x| {
+            let (l, r) = (x.end(b, before, Side::End, field), x.end(b, before + 1, Side::Start, field));
+            Ok(b.sub(l, r))
+        });
+    }
+
+    /// h has one value on both sides of the joint behind a piece.
+    fn level(&mut self, before: usize, origin: &str) {
+        let [a, b] = [before, before + 1].map(|i| self.system.pieces[i].name.clone());
+        let (name, text) = (format!("{a}/{b}: h continuous"), format!("{a}.end.h = {b}.start.h"));
         self.add(name, text, origin, &|b, x| {
             let (l, r) = (x.h(b, before, Side::End)?, x.h(b, before + 1, Side::Start)?);
             Ok(b.sub(l, r))
         });
+    }
+
+    /// The edge of an adhering contact behind a piece, in the limit of zero range: the tangent jumps, the pull of the free side along
+    /// the face is that of the contact (Young, Dupre), and what the membrane gains by sliding out of the contact is the energy.
+    pub(super) fn adhesive(&mut self, before: usize, free_first: bool, energy: &Number, at: &str) -> Option<Adhesion> {
+        let origin = "joint (AdhesiveEdge)";
+        let at = format!("{at}/AdhesiveEdge/energy");
+        let known = self.names.number(self.system, energy, &at, self.errors)?;
+        self.continuous(before, "u", Field::Mu, origin);
+        self.level(before, origin);
+        let [a, b] = [before, before + 1].map(|i| self.system.pieces[i].name.clone());
+        let (free, held) = if free_first {
+            (format!("{a}.end"), format!("{b}.start"))
+        } else {
+            (format!("{b}.start"), format!("{a}.end"))
+        };
+        let text = format!("{free}.w_l*cos({free}.tau - {held}.tau) = {held}.w_l");
+        self.read(format!("{a}/{b}: pull along the face"), &text, origin, &at);
+        let side = |s: &str| format!("{s}.lambda*{s}.w_l - {s}.w");
+        let text = format!("{} = {} + {}", side(&free), side(&held), bracket(energy));
+        self.read(format!("{a}/{b}: energy of adhesion"), &text, origin, &at);
+        Some(Adhesion { before, free_first, energy: known })
     }
 
     /// A sharp rigid edge behind a piece: both sides at its u and h as far as their faces do not satisfy that already, then its law.

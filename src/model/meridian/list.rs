@@ -26,6 +26,8 @@ pub(super) enum JointKind<'a> {
     Smooth,
     /// A sharp rigid edge: its name, its body, its law.
     Kink(&'a str, usize, &'a KinkLaw),
+    /// The edge of an adhering contact, with its energy.
+    Adhesive(&'a Number),
     /// Exactly what is written.
     Written(&'a str, &'a [spec::Formula], &'a indexmap::IndexMap<String, spec::Equation>),
 }
@@ -169,7 +171,7 @@ pub(super) fn read_list<'a>(
                     None => errors.push(unknown_face(problem, at.as_str(), format!("{}/Kink/at", pointer(i)))),
                 }
             }
-            Element::AdhesiveEdge { .. } => unsupported("an adhesive edge"),
+            Element::AdhesiveEdge { energy } => joint(JointKind::Adhesive(energy)),
             Element::Joint { name, continuous, conditions } => {
                 joint(JointKind::Written(name.as_str(), continuous, conditions));
             }
@@ -184,6 +186,14 @@ pub(super) fn read_list<'a>(
         let (a, b) = (&pair[0], &pair[1]);
         let mut here = std::mem::take(&mut between[k]);
         match (here.pop(), here.is_empty()) {
+            (Some(joint), true)
+                if matches!(joint.kind, JointKind::Adhesive(_)) && a.body.is_none() == b.body.is_none() =>
+            {
+                errors.push(
+                    Diagnostic::error("adhesive-edge", "an adhesive edge joins a free segment and a contact")
+                        .at(pointer(joint.at), "between two segments of one kind"),
+                );
+            }
             (Some(joint), true) => joints.push(joint),
             (Some(joint), false) => errors.push(
                 Diagnostic::error("two-joints", "two joints stand between two segments")

@@ -9,7 +9,7 @@ mod list;
 
 use super::ledger::Ledger;
 use super::names::{JointName, Names, PieceName};
-use super::{Body, Initial, Presence, facing, token};
+use super::{Adhesion, Body, Initial, Presence, facing, token};
 use crate::diagnostic::Diagnostic;
 use crate::physics::surface::{Face, Facing};
 use crate::spec::{Element, Number, Problem, Shape};
@@ -37,6 +37,8 @@ pub struct Walk<'a> {
     pub bodies: Vec<Body>,
     /// The sharp edges over which it is bent.
     pub edges: Vec<super::Edge>,
+    /// The edges at which it adheres.
+    pub adhesions: Vec<Adhesion>,
     /// 2 where the model is half of the membrane.
     pub images: f64,
     /// Axial position of the start of each piece.
@@ -185,6 +187,7 @@ pub fn walk<'a>(
         let (name, origin) = match &joint.kind {
             JointKind::Smooth => (format!("{}/{}", pair[0].name, pair[1].name), "joint (Smooth)"),
             JointKind::Kink(name, ..) => ((*name).to_owned(), "joint (Kink)"),
+            JointKind::Adhesive(_) => (format!("{}/{}", pair[0].name, pair[1].name), "joint (AdhesiveEdge)"),
             JointKind::Written(name, ..) => ((*name).to_owned(), "joint (Joint)"),
         };
         ledger.unknown(format!("place of {name}"), "where two segments meet".into(), origin.into());
@@ -193,7 +196,10 @@ pub fn walk<'a>(
         // A joint that touches nothing starts at the equator.
         initial_globals.push(start.unwrap_or(0.0));
         if !matches!(joint.kind, JointKind::Smooth) {
-            let body = edges[i].as_ref().map(|e| e.body);
+            // An adhesive edge pulls at the body that its contact lies on.
+            let lies_on = pair[0].body.as_ref().or(pair[1].body.as_ref()).map(|b| b.0);
+            let adheres = matches!(joint.kind, JointKind::Adhesive(_));
+            let body = if adheres { lies_on } else { edges[i].as_ref().map(|e| e.body) };
             joint_names.push(JointName { name, body, before: i, after: i + 1 });
         }
     }
@@ -275,6 +281,7 @@ pub fn walk<'a>(
     names.set_shapes(&pieces);
     let mut system = System::new(initial.reference.clone(), initial.law.clone(), pieces, globals.len());
 
+    let mut adhesions = vec![];
     let mut conditions = Conditions { system: &mut system, ledger: &mut ledger, names: &mut names, errors };
     for i in 0..count {
         match i.checked_sub(1) {
@@ -286,6 +293,10 @@ pub fn walk<'a>(
                     JointKind::Kink(name, body, law) => {
                         let edge = edges[before].as_ref().expect("a kink has an edge");
                         conditions.kink(before, name, *body, edge, law, &at);
+                    }
+                    JointKind::Adhesive(energy) => {
+                        let free_first = segments[before].body.is_none();
+                        adhesions.extend(conditions.adhesive(before, free_first, energy, &at));
                     }
                     JointKind::Written(name, continuous, list) => conditions.joint(name, continuous, list, &at),
                 }
@@ -324,5 +335,17 @@ pub fn walk<'a>(
         }
     }
     let initial = Initial { middle, ..initial.clone() };
-    Some(Walk { names, initial, system, ledger, globals, initial_globals, bodies, edges: edge_list, images, heights })
+    Some(Walk {
+        names,
+        initial,
+        system,
+        ledger,
+        globals,
+        initial_globals,
+        bodies,
+        edges: edge_list,
+        adhesions,
+        images,
+        heights,
+    })
 }

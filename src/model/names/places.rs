@@ -319,8 +319,9 @@ impl Binder<'_, '_> {
             ("phi" | "S" | "rho0" | "u", _) => self.limit(builder, joint.after, Side::Start, rest, span),
             ("h", Some(body)) => self.body_h(builder, body),
             ("h", None) => self.limit(builder, joint.after, Side::Start, "h", span),
-            ("force", Some(_)) => {
-                // Axial pull of the edge on the membrane, out of the pipette: each side with its own tension.
+            ("force", Some(body)) => {
+                // Axial pull of the edge on the membrane, away from its body: each side with its own tension.
+                let down = self.names.problem.bodies[body].facing == crate::spec::Facing::Down;
                 let mut total = builder.constant(0.0);
                 for (piece, side, sign) in [(joint.before, Side::End, 1.0), (joint.after, Side::Start, -1.0)] {
                     let parts = [Field::Rho0, Field::TensionL].map(|f| self.end(builder, piece, side, f));
@@ -332,7 +333,7 @@ impl Binder<'_, '_> {
                     let pull = builder.mul(pull, factor);
                     total = builder.sum(total, pull);
                 }
-                Ok(total)
+                Ok(if down { total } else { builder.neg(total) })
             }
             _ => Err(ExprError::new("unknown-name", span, format!("`{}.{rest}` is not known", joint.name))
                 .help(format!(
