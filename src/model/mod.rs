@@ -17,9 +17,10 @@ mod tractions;
 pub use branch::{Branch, Steps};
 pub use initial::Initial;
 pub use ledger::{Entry, Ledger};
+pub use meridian::Rigid;
 pub use reported::{Expectation, Quantity};
 pub use set::set;
-pub use stage::{Change, Presence, When};
+pub use stage::{Change, Part, Presence, When};
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::expr;
@@ -35,12 +36,20 @@ use std::sync::Arc;
 pub struct Body {
     /// Its name.
     pub name: String,
-    /// The side where the membrane is, and the surface.
-    pub face: crate::physics::surface::Face,
-    /// Axial position of its apex.
+    /// Its faces and edges.
+    pub rigid: Rigid,
+    /// Axial position of its foremost point on the axis.
     pub h: Formula,
     /// The pieces that lie on it.
     pub pieces: Vec<usize>,
+}
+
+impl Body {
+    /// How deep a point at radius `u`, `drop` below the foremost point on the axis, lies inside the solid (length); negative outside,
+    /// nothing where no face stands there.
+    pub fn penetration(&self, u: f64, drop: f64) -> Option<f64> {
+        self.rigid.penetration(u, drop)
+    }
 }
 
 /// A sharp edge over which the membrane is bent.
@@ -50,10 +59,19 @@ pub struct Edge {
     pub name: String,
     /// The piece before it; the next one is after it.
     pub before: usize,
-    /// Its radius.
-    pub radius: f64,
-    /// The side of its body where the membrane is.
-    pub facing: Facing,
+    /// The faces that meet in it, each with the direction (outwards, downwards) into its solid.
+    pub faces: [(String, [f64; 2]); 2],
+}
+
+impl Edge {
+    /// The force of the edge on the membrane, (outwards, downwards), as what each face would push with.
+    pub fn pushes(&self, force: [f64; 2]) -> [(&str, f64); 2] {
+        let [(first, m), (second, n)] = &self.faces;
+        let cross = m[0] * n[1] - m[1] * n[0];
+        let a = (force[0] * n[1] - force[1] * n[0]) / cross;
+        let b = (m[0] * force[1] - m[1] * force[0]) / cross;
+        [(first, -a), (second, -b)]
+    }
 }
 
 /// The edge of an adhering contact.
@@ -86,7 +104,7 @@ pub struct Model {
     pub quantities: Vec<Quantity>,
     /// The equations.
     pub system: System,
-    /// The bodies that the membrane touches along a face.
+    /// The rigid bodies.
     pub bodies: Vec<Body>,
     /// The sharp edges over which it is bent.
     pub edges: Vec<Edge>,
@@ -130,12 +148,17 @@ pub struct Refused {
 }
 
 impl Model {
-    /// The same problem with one element of the meridian more, or less.
+    /// The same problem with a part of the meridian more, or less.
     ///
     /// # Errors
     /// As [`resolve`].
-    pub fn toggled(&self, element: usize) -> Result<Model, Refused> {
+    pub fn toggled(&self, element: Part) -> Result<Model, Refused> {
         resolve_stage(&self.problem, &self.presence.toggled(element))
+    }
+
+    /// True if the membrane lies on a face.
+    pub fn touches(&self) -> bool {
+        self.system.pieces.iter().any(|p| matches!(p.kind, crate::system::Kind::Contact(_)))
     }
 
     /// The stage: the names of the contacts and kinks that are present.
@@ -248,12 +271,13 @@ fn understand(
         }
     }
     let known_conditions = reported::known_conditions(&mut names, &system);
-    let changes = stage::changes(problem, presence, &mut names, &system, errors);
+    let changes = stage::changes(problem, presence, &mut names, &system, &bodies, errors);
     let mut present: Vec<String> = vec![];
     for (i, element) in problem.meridian.iter().flatten().enumerate() {
         match element {
             Element::Contact { on, name, .. } if presence.has(element, i) => {
                 present.push(name.as_ref().unwrap_or(on).as_str().to_owned());
+                present.extend(names.pieces.iter().filter(|p| p.element == i && p.part > 0).map(|p| p.name.clone()));
             }
             Element::Kink { at, .. } if presence.has(element, i) => present.push(at.as_str().to_owned()),
             _ => {}

@@ -3,26 +3,39 @@
 //! A contact with `appears` is absent until its event. A stage is a system of its own, with its own unknowns and conditions; a
 //! [`Change`] is the event that leads from one to the next.
 
+use super::Body;
 use super::names::Names;
 use crate::diagnostic::Diagnostic;
+use crate::number::plain;
 use crate::spec::{self, Element, Problem};
-use crate::system::{Formula, System};
+use crate::system::{Field, Formula, Side, System};
+use std::f64::consts::PI;
 
-/// Which of the elements of the meridian that may be absent are present: one bit for each, by its place in the list.
+/// A part of an element of the meridian: its place in the list, and, for a contact along several faces that meet smoothly, the face.
+pub type Part = (usize, usize);
+
+/// Which parts of the elements of the meridian that may be absent are present.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Presence(Vec<usize>);
+pub struct Presence(Vec<Part>);
 
 impl Presence {
     /// True if an element, at its place in the list, is present.
     pub fn has(&self, element: &Element, at: usize) -> bool {
         match element {
-            Element::Contact { appears: Some(_), .. } | Element::Kink { appears: Some(_), .. } => self.0.contains(&at),
+            Element::Contact { appears: Some(_), .. } | Element::Kink { appears: Some(_), .. } => {
+                self.0.contains(&(at, 0))
+            }
             _ => true,
         }
     }
 
-    /// The same with one element more, or less.
-    pub fn toggled(&self, at: usize) -> Self {
+    /// True if the contact at a place in the list reaches a further face of its body.
+    pub fn reaches(&self, at: usize, face: usize) -> bool {
+        face == 0 || self.0.contains(&(at, face))
+    }
+
+    /// The same with one part more, or less.
+    pub fn toggled(&self, at: Part) -> Self {
         let mut list = self.0.clone();
         match list.iter().position(|&i| i == at) {
             Some(i) => {
@@ -42,8 +55,8 @@ pub struct Change {
     pub kind: &'static str,
     /// The element.
     pub of: String,
-    /// Its place in the list.
-    pub at: usize,
+    /// The part of the list that it is.
+    pub at: Part,
     /// Negative before, positive after; or nothing where it is the least contact pressure of a piece.
     pub when: When,
     /// The same in words: the equation that holds then, or what vanishes.
@@ -67,59 +80,167 @@ pub(super) fn changes(
     presence: &Presence,
     names: &mut Names,
     system: &System,
+    bodies: &[Body],
     errors: &mut Vec<Diagnostic>,
 ) -> Vec<Change> {
     let mut list = vec![];
-    for (i, element) in problem.meridian.iter().flatten().enumerate() {
-        let Element::Contact { on, name, appears: Some(appears), .. } = element else {
-            if let Element::Kink { appears: Some(_), .. } = element {
-                errors.push(
-                    Diagnostic::error(
-                        "not-supported",
-                        "a kink that appears by an event cannot be solved by this version",
-                    )
-                    .at(format!("/meridian/{i}"), "not supported yet"),
-                );
-            }
-            continue;
+    let elements: Vec<(usize, &Element)> = problem.meridian.iter().flatten().enumerate().collect();
+    for &(i, element) in &elements {
+        if let Element::Contact { on, name, .. } = element
+            && presence.has(element, i)
+        {
+            list.extend(seams(names, system, bodies, name.as_ref().unwrap_or(on).as_str(), i));
+        }
+        let (of, appears, kink) = match element {
+            Element::Contact { on, name, appears: Some(appears), .. } => (name.as_ref().unwrap_or(on), appears, false),
+            Element::Kink { at, appears: Some(appears), .. } => (at, appears, true),
+            _ => continue,
         };
-        let of = name.as_ref().unwrap_or(on).as_str().to_owned();
+        let of = of.as_str().to_owned();
         if presence.has(element, i) {
-            let Some(piece) = names.pieces.iter().position(|p| p.name == of) else { continue };
-            let whens = [
-                (When::Length(piece), "the length of the contact vanishes"),
-                (When::Pressure(piece), "the least contact pressure vanishes"),
-            ];
+            let whens = if kink {
+                let Some(joint) = names.joints.iter().find(|j| j.name == of) else { continue };
+                let (before, after) = (joint.before, joint.after);
+                let straight = names.build(system, false, |b, x| {
+                    let (l, r) = (x.end(b, before, Side::End, Field::Tau), x.end(b, after, Side::Start, Field::Tau));
+                    Ok(b.sub(r, l))
+                });
+                let text = format!("{of}.after.tau = {of}.before.tau");
+                straight.map(|f| (When::Formula(f), text)).into_iter().collect()
+            } else {
+                let Some(piece) = names.pieces.iter().position(|p| p.name == of) else { continue };
+                vec![
+                    (When::Length(piece), "the length of the contact vanishes".to_owned()),
+                    (When::Pressure(piece), "the least contact pressure vanishes".to_owned()),
+                ]
+            };
             for (when, text) in whens {
-                list.push(Change { kind: "lift_off", of: of.clone(), at: i, when, text: text.to_owned() });
+                list.push(Change { kind: "lift_off", of: of.clone(), at: (i, 0), when, text });
             }
             continue;
         }
-        let pointer = format!("/meridian/{i}/Contact/appears");
-        let text = match appears {
-            spec::Appears::When(equation) => equation.as_str().to_owned(),
-            // A wall is touched where the free segment before or after it stands upright at its radius.
+        let pointer = format!("/meridian/{i}/{}/appears", if kink { "Kink" } else { "Contact" });
+        let touch = match appears {
+            spec::Appears::When(equation) => {
+                let text = equation.as_str().to_owned();
+                names.equation(system, &text, &format!("{pointer}/When"), false, errors).map(|f| (f, text))
+            }
             spec::Appears::OnTouch => {
-                let neighbour = |j: usize| match problem.meridian.as_ref()?.get(j)? {
-                    Element::Free { name, .. } => Some(name.as_str().to_owned()),
-                    _ => None,
-                };
-                match (i.checked_sub(1).and_then(neighbour), neighbour(i + 1)) {
-                    (Some(before), None) => format!("{before}.end.tau = pi/2"),
-                    (None, Some(after)) => format!("{after}.start.tau = pi/2"),
-                    _ => {
-                        errors.push(
-                            Diagnostic::error("not-supported", "this contact needs to be told when it appears")
-                                .at(pointer, "write When(\"..\")"),
-                        );
-                        continue;
-                    }
+                // A face behind an edge that is not there yet cannot be met before it.
+                let waits =
+                    |j: usize| matches!(elements.get(j), Some((j, e @ Element::Kink { .. })) if !presence.has(e, *j));
+                if !kink && (waits(i + 1) || i.checked_sub(1).is_some_and(waits)) {
+                    continue;
                 }
+                // The elements between which it will stand.
+                let near = |j: &&(usize, &Element)| presence.has(j.1, j.0);
+                let sides = [elements[..i].iter().rev().find(near), elements[i + 1..].iter().find(near)];
+                let sides = sides.map(|s| s.map(|s| s.1));
+                let found = if kink {
+                    edge_reached(names, system, bodies, &of, sides)
+                } else {
+                    face_met(names, system, bodies, element, sides)
+                };
+                if found.is_none() {
+                    errors.push(
+                        Diagnostic::error("not-supported", "this element needs to be told when it appears")
+                            .at(pointer, "write When(\"..\")")
+                            .help("found by itself: a face next to a sharp edge over which the membrane is bent, and an edge at the end of a face on which it lies"),
+                    );
+                }
+                found
             }
         };
-        if let Some(f) = names.equation(system, &text, &format!("{pointer}/When"), false, errors) {
-            list.push(Change { kind: "touch", of, at: i, when: When::Formula(f), text });
+        if let Some((f, text)) = touch {
+            list.push(Change { kind: "touch", of, at: (i, 0), when: When::Formula(f), text });
         }
     }
     list
+}
+
+/// What happens to a contact along faces that meet smoothly: it reaches the next one, or leaves the last one.
+fn seams(names: &mut Names, system: &System, bodies: &[Body], of: &str, at: usize) -> Vec<Change> {
+    let group: Vec<usize> = (0..names.pieces.len()).filter(|&p| names.pieces[p].element == at).collect();
+    let Some(body) = bodies.iter().find(|b| group.iter().any(|p| b.pieces.contains(p))) else { return vec![] };
+    let Some(outer) = group.iter().copied().max_by_key(|&p| names.pieces[p].part) else { return vec![] };
+    let (part, chained) = (names.pieces[outer].part, names.pieces[outer].chain);
+    let face = &body.rigid.faces[part];
+    let mut list = vec![];
+    if part + 1 < chained {
+        let side = if face.face.sense > 0.0 { Side::End } else { Side::Start };
+        let next = &body.rigid.faces[part + 1].name;
+        let end = face.range[1];
+        let f = names.build(system, false, |b, x| {
+            let (here, there) = (x.end(b, outer, side, Field::Along), b.constant(end));
+            Ok(b.sub(here, there))
+        });
+        let text = format!("{of} reaches the end of its face");
+        list.extend(f.map(|f| Change {
+            kind: "touch",
+            of: next.clone(),
+            at: (at, part + 1),
+            when: When::Formula(f),
+            text,
+        }));
+    }
+    if part > 0 {
+        let text = "the length of the contact vanishes".to_owned();
+        list.push(Change { kind: "lift_off", of: face.name.clone(), at: (at, part), when: When::Length(outer), text });
+    }
+    list
+}
+
+/// A contact reaches the edge at the end of its face.
+fn edge_reached(
+    names: &mut Names,
+    system: &System,
+    bodies: &[Body],
+    of: &str,
+    sides: [Option<&Element>; 2],
+) -> Option<(Formula, String)> {
+    for (side, element) in [(Side::End, sides[0]), (Side::Start, sides[1])] {
+        let Some(Element::Contact { on, name, .. }) = element else { continue };
+        let name = name.as_ref().unwrap_or(on).as_str();
+        let piece = names.pieces.iter().position(|p| p.name == name)?;
+        let rigid = bodies.iter().find(|b| b.pieces.contains(&piece)).map(|b| &b.rigid)?;
+        let edge = rigid.edges.iter().find(|e| e.name == of)?;
+        let face = rigid.faces.iter().position(|f| f.name == on.as_str())?;
+        let (_, t) = *edge.on.iter().find(|o| o.0 == face)?;
+        let end = if side == Side::End { "end" } else { "start" };
+        let text = format!("{name}.{end}.u = {}", edge.at[0]);
+        let f = names.build(system, false, |b, x| {
+            let (here, there) = (x.end(b, piece, side, Field::Along), b.constant(t));
+            Ok(b.sub(here, there))
+        })?;
+        return Some((f, text));
+    }
+    None
+}
+
+/// A free segment that leaves an edge lies along the face behind it.
+fn face_met(
+    names: &mut Names,
+    system: &System,
+    bodies: &[Body],
+    element: &Element,
+    sides: [Option<&Element>; 2],
+) -> Option<(Formula, String)> {
+    let Element::Contact { on, .. } = element else { return None };
+    let (free, at, side, end) = match sides {
+        [Some(Element::Free { name, .. }), Some(Element::Kink { at, .. })] => (name, at, Side::End, "end"),
+        [Some(Element::Kink { at, .. }), Some(Element::Free { name, .. })] => (name, at, Side::Start, "start"),
+        _ => return None,
+    };
+    let piece = names.pieces.iter().position(|p| p.name == free.as_str())?;
+    let body = bodies.iter().find(|b| b.rigid.faces.iter().any(|f| f.name == on.as_str()))?;
+    let edge = body.rigid.edges.iter().find(|e| e.name == at.as_str())?;
+    let (face, t) = *edge.on.iter().find(|o| body.rigid.faces[o.0].name == on.as_str())?;
+    let face = &body.rigid.faces[face].face;
+    let tau = face.tangent(face.frame(t).angle);
+    let f = names.build(system, false, |b, x| {
+        let (here, there) = (x.end(b, piece, side, Field::Tau), b.constant(tau));
+        Ok(b.sub(here, there))
+    })?;
+    let said = if tau == PI / 2.0 { "pi/2".to_owned() } else { plain(tau) };
+    Some((f, format!("{}.{end}.tau = {said}", free.as_str())))
 }

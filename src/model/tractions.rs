@@ -5,24 +5,12 @@ use super::{bracket, token};
 use crate::diagnostic::Diagnostic;
 use crate::expr::nearest;
 use crate::spec::{Area, Name, Number, Problem, Traction};
-use crate::system::{Component, Kind, Load, MOST_LOADS, Piece, Repulsion};
+use crate::system::{Component, Load, MOST_LOADS, Piece, Repulsion};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Puts the tractions of a file on its pieces.
 pub(super) fn apply(problem: &Problem, names: &mut Names, pieces: &mut [Piece], errors: &mut Vec<Diagnostic>) {
-    if let (false, Some(wall)) =
-        (problem.tractions.is_empty(), pieces.iter().find(|p| matches!(p.kind, Kind::Wall { .. })))
-    {
-        errors.push(
-            Diagnostic::error(
-                "not-supported",
-                "tractions besides pressure cannot act on a tube's wall in this version",
-            )
-            .at("/tractions", format!("`{}` lies on one", wall.name)),
-        );
-        return;
-    }
     for (name, traction) in &problem.tractions {
         let pointer = format!("/tractions/{}", token(name));
         let (on, word) = match traction {
@@ -91,7 +79,7 @@ pub(super) fn apply(problem: &Problem, names: &mut Names, pieces: &mut [Piece], 
     }
     // Where the face under a piece stands, and the end of the membrane that the forces come to.
     for (s, piece) in pieces.iter_mut().enumerate() {
-        piece.level = names.extent.map_or(0.0, |extent| extent.1);
+        piece.level = names.extent().map_or(0.0, |extent| extent.1);
         if let (Some(body), true) = (names.pieces[s].body, act_on(problem, &piece.name)) {
             let (name, said) = problem.bodies.get_index(body).expect("a body of the file");
             piece.apex = names.globals(&said.h, &format!("/bodies/{}/h", token(name)), errors);
@@ -149,7 +137,7 @@ fn charges(
 fn plane_below(names: &Names, h: &Number, pointer: &str, errors: &mut Vec<Diagnostic>) -> Option<bool> {
     let at = format!("{pointer}/h");
     let h = names.at_start(h, &at, errors)?;
-    let (top, bottom) = names.extent?;
+    let (top, bottom) = names.extent()?;
     let slack = 1e-9 * (bottom - top);
     if h >= bottom - slack {
         return Some(true);

@@ -2,6 +2,7 @@
 
 use crate::model::{Change, Entry, Model, Steps, When};
 use crate::number::plain;
+use crate::physics::surface::Generator;
 use crate::spec::{Number, Problem, convert};
 use crate::system::{Coordinate, Kind, Place};
 use comfy_table::{Table, presets};
@@ -17,7 +18,8 @@ Along every segment, with d eta = dS/rho0 and tensions w_l, w_m = dw/d(lambda, m
 d ln(lambda)/d eta = [(w_m - lambda w_lm) cos tau - (w_l - mu w_lm) rho0'] / (lambda w_ll)
 d ln(mu)/d eta     = (lambda/mu) cos tau - rho0'                      u = mu rho0
 free:     d tau/d eta = (lambda mu rho0 p - w_m sin tau) / w_l        dh/d eta = rho0 lambda sin tau
-contact:  tau and h follow from u on the face; the contact pressure carries the rest of p
+contact:  u, h and tau follow from the parameter t of the face's generator, dt/d eta = rho0 lambda/(ds/dt);
+          the contact pressure carries the rest of p
 ```
 ";
 
@@ -135,12 +137,11 @@ fn segments(model: &Model, text: &mut String) {
         let kind = match &piece.kind {
             Kind::Free => "free".to_owned(),
             Kind::Contact(_) => format!("contact on {body}, frictionless"),
-            Kind::Wall { radius } => format!("contact on a wall of radius {}, frictionless", plain(*radius)),
         };
         let states = match &piece.kind {
             Kind::Free => "ln lambda, ln mu, tau; h by quadrature",
-            Kind::Contact(_) => "ln lambda, ln mu",
-            Kind::Wall { .. } => "ln lambda; h by quadrature",
+            Kind::Contact(face) if face.surface.axial() => "ln lambda, ln(t/rho0)",
+            Kind::Contact(_) => "ln lambda, t",
         };
         let coordinate = match piece.coordinate {
             Coordinate::Between => "eta, linear in x".to_owned(),

@@ -69,11 +69,11 @@ impl<S: Scalar> Local<S> {
         self.mu * self.rho0
     }
 
-    /// Contact pressure on a face along which tau turns by `turning` = d tau/d eta, under the outward traction `p_ext`:
-    /// p_ext - (w_l dtau/dS + w_m sin tau/rho0)/(lambda mu).
-    pub fn contact_pressure(&self, p_ext: S, turning: S) -> S {
+    /// Contact pressure on a face whose tangent turns by `bend` = d tau/ds along it, and by `hoop` = sin tau/u around the axis, under
+    /// the outward traction `p_ext`: p_ext - (w_l dtau/dS + w_m sin tau/rho0)/(lambda mu).
+    pub fn contact_pressure(&self, p_ext: S, bend: S, hoop: S) -> S {
         let r = &self.response;
-        p_ext - (r.w_l * turning + r.w_m * self.sin) / (self.rho0 * self.lambda * self.mu)
+        p_ext - (r.w_l * bend / self.mu + r.w_m * hoop / self.lambda)
     }
 }
 
@@ -121,7 +121,8 @@ mod tests {
                 (local.turning(1.001 * p, 0.0) / local.rho0 - 1.0).abs() > 1e-3,
                 "another pressure is no equilibrium"
             );
-            assert!(local.contact_pressure(p, local.rho0).abs() < 1e-13);
+            assert!(local.contact_pressure(p, 1.0 / r0, 1.0 / r0).abs() < 1e-13);
+            assert!(local.contact_pressure(p, 1.0 / r0, 1.001 / r0).abs() > 1e-4);
         }
     }
 

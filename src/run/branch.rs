@@ -62,7 +62,7 @@ impl Tracer {
         let initial = start::initial(&self.model);
         let c0 = self.value(&initial);
         let targets = self.model.branch.steps.targets(c0);
-        let loaded = self.model.bodies.is_empty();
+        let loaded = !self.model.touches();
         if loaded && !self.model.branch.steps.has_first() {
             self.report(Reason::Start, None, initial.clone());
         }
@@ -196,7 +196,7 @@ impl Tracer {
     ) -> Result<(), String> {
         let initial = start::initial(&self.model);
         let c0 = self.value(&initial);
-        let loaded = self.model.bodies.is_empty();
+        let loaded = !self.model.touches();
         self.begin()?;
         let (first, begun) = (self.last().clone(), self.model.clone());
         let mut missing = vec![];

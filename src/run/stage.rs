@@ -5,8 +5,9 @@ use super::state;
 use super::trace::{Stop, Tracer};
 use crate::bvp::{Discretization, Problem, uniform};
 use crate::model::{Change, Model, When};
+use crate::physics::surface::Generator;
 use crate::solution::{Solution, profile};
-use crate::system::{Closing, Formula, Place};
+use crate::system::{Closing, Formula, Kind, Place};
 use std::sync::Arc;
 
 /// What is watched for an event, relative to its next value, is zero below this in the state in which a stage begins.
@@ -153,9 +154,18 @@ fn carry(old: &Model, s: &Solution, new: &Model) -> (Arc<Discretization>, Vec<f6
         let Some(o) = i.checked_sub(1).and_then(|b| same(&pieces[b].name)) else { continue };
         let end = s.disc.y(o, s.disc.intervals(o));
         let n = piece.states().min(old.system.pieces[o].states());
+        // Of no length, at the place of a face where the membrane just touches it.
+        let before = &old.system.pieces[o];
+        let p: Vec<f64> = before.parameters().iter().map(|&g| old_globals[g]).collect();
+        let y = &s.state[end..end + before.states()];
+        let m = before.local(&old.system.reference, &old.system.law, before.places(&p).1, y);
         for point in 0..=disc.intervals(i) {
             let at = disc.y(i, point);
             z[at..at + n].copy_from_slice(&s.state[end..end + n]);
+            if let Kind::Contact(face) = &piece.kind {
+                let t = face.surface.at_radius(m.u()).unwrap_or(0.0);
+                z[at + 1] = face.state(t, m.rho0);
+            }
         }
     }
     for (g, name) in new.globals.iter().enumerate() {
@@ -170,6 +180,10 @@ fn carry(old: &Model, s: &Solution, new: &Model) -> (Arc<Discretization>, Vec<f6
                 && let Some(o) = same(&piece.name)
             {
                 z[at] = place(old.system.pieces[o].to);
+            } else if piece.from == Place::Unknown(g)
+                && let Some(o) = same(&piece.name)
+            {
+                z[at] = place(old.system.pieces[o].from);
             } else if *name == format!("{}.start.h", piece.name)
                 && let Some(o) = before
             {

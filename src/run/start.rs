@@ -8,6 +8,7 @@ use super::rank;
 use super::state::{self, Halt, Work};
 use crate::bvp::{Discretization, Estimate, Gauss, Linearization, Problem, Residual, uniform};
 use crate::model::Model;
+use crate::physics::surface::{Face, Generator, Surface};
 use crate::solution::Solution;
 use crate::system::{Closing, Coordinate, Field, Formula, Kind, Piece, Place, Probe, Side, System};
 use std::sync::Arc;
@@ -16,6 +17,8 @@ use std::sync::Arc;
 const STAGES: usize = 5;
 /// Radii of a first contact, in radii of the inflated sphere, in the order in which they are tried.
 const FIRST_CONTACTS: [f64; 4] = [0.1, 0.05, 0.2, 0.02];
+/// Radius of a first contact, in lengths along which a body is straight, at most.
+const SMALL: f64 = 0.3;
 /// Radius, in radii of the inflated sphere, of a contact that is none.
 const NO_CONTACT: f64 = 1e-9;
 /// Refinement of the mesh of the closed-form state, so that it solves the discrete equations to rounding.
@@ -35,6 +38,20 @@ fn single(system: &System, probe: Probe) -> Formula {
     let node = builder.input(0);
     builder.output(node);
     system.formula(builder.finish(), vec![probe])
+}
+
+/// The formula of the length in eta between two places.
+fn width(system: &System, from: usize, to: usize) -> Formula {
+    let mut builder = crate::expr::Builder::new();
+    let (a, b) = (builder.input(0), builder.input(1));
+    let node = builder.sub(b, a);
+    builder.output(node);
+    system.formula(builder.finish(), vec![Probe::Global(from), Probe::Global(to)])
+}
+
+/// True for a piece that starts or ends at a pole or tip.
+fn at_pole(piece: &Piece) -> bool {
+    piece.from == Place::Pole || piece.to == Place::Pole
 }
 
 /// The initial state itself, sampled on a mesh `finer` times as fine as a first one: edges of contacts where the radius is `contact`,
@@ -61,11 +78,15 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64, finer: usize) ->
     let eta_c = (0.5 * contact.asin()).tan().ln();
     for piece in &system.pieces {
         if let Kind::Contact(_) = piece.kind {
-            if let Place::Unknown(g) = piece.to {
-                globals[g] = eta_c;
-            }
-            if let Place::Unknown(g) = piece.from {
-                globals[g] = -eta_c;
+            match (piece.from, piece.to) {
+                (Place::Unknown(a), Place::Unknown(b)) => {
+                    // A band around the circle that touches.
+                    globals[a] -= 0.5 * contact;
+                    globals[b] += 0.5 * contact;
+                }
+                (_, Place::Unknown(g)) => globals[g] = eta_c,
+                (Place::Unknown(g), _) => globals[g] = -eta_c,
+                _ => {}
             }
         }
     }
@@ -79,11 +100,20 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64, finer: usize) ->
         let (a, b) = piece.places(&p);
         let eta = piece.coordinate.at(x.clamp(0.0, 1.0), a, b).0;
         y.fill(stretch.ln());
-        if let Kind::Free = piece.kind {
-            y[2] = reference.phi(eta);
-            if piece.follows_height() {
-                y[3] = model.initial.middle - reference.radius * stretch * y[2].cos();
+        match &piece.kind {
+            Kind::Free => {
+                y[2] = reference.phi(eta);
+                if piece.follows_height() {
+                    y[3] = model.initial.middle - reference.radius * stretch * y[2].cos();
+                }
             }
+            Kind::Contact(face) if !at_pole(piece) => {
+                let rho0 = reference.at(eta).rho0;
+                if let Some(t) = face.surface.at_radius(stretch * rho0) {
+                    y[1] = face.state(t, rho0);
+                }
+            }
+            Kind::Contact(_) => {}
         }
     };
     let mut z = disc.sample(&globals, exact);
@@ -160,7 +190,7 @@ pub(super) fn initial(model: &Model) -> Solution {
 pub(super) fn first(model: &Model, work: &mut Work) -> Result<Solution, Halt> {
     let mut result = first_with(model, FIRST_CONTACTS[0], work);
     for contact in &FIRST_CONTACTS[1..] {
-        if result.is_ok() || model.bodies.is_empty() {
+        if result.is_ok() || !model.touches() {
             break;
         }
         result = first_with(model, *contact, work).or(result);
@@ -190,7 +220,9 @@ fn beside(model: &Model, system: &mut System, disc: &mut Arc<Discretization>, z:
 /// The first state with a first contact of a radius.
 fn first_with(model: &Model, radius: f64, work: &mut Work) -> Result<Solution, Halt> {
     let mut system = model.system.clone();
-    let contact = system.pieces.iter().position(|p| matches!(p.kind, Kind::Contact(_)));
+    let contacts = || (0..system.pieces.len()).filter(|&s| matches!(system.pieces[s].kind, Kind::Contact(_)));
+    // A contact at a pole says best how far the bodies are pressed on.
+    let contact = contacts().find(|&s| at_pole(&system.pieces[s])).or(contacts().next());
     let Some(contact) = contact else {
         let stretch = if model.initial.stretch == 1.0 { FIRST_STRETCH } else { model.initial.stretch };
         let (mut disc, mut z) = sample(model, stretch, radius, 1);
@@ -210,25 +242,31 @@ fn first_with(model: &Model, radius: f64, work: &mut Work) -> Result<Solution, H
         }
         return state::solve(model, &mut system, &mut disc, &mut z, &[], work);
     };
+    // On a curved body the first contact is small against its curvature.
+    let raised = system.pieces.iter().filter(|p| at_pole(p)).filter_map(|p| match &p.kind {
+        Kind::Contact(face) => Some(face.clone()),
+        Kind::Free => None,
+    });
+    let raised: Vec<Face> = raised.collect();
+    let straight = raised.iter().fold(f64::INFINITY, |l, face| l.min(face.surface.straight()));
+    let radius = radius.min(SMALL * straight / model.initial.radius);
     let (mut disc, mut z) = sample(model, model.initial.stretch, radius, 1);
-    let side = match system.pieces[contact].to {
-        Place::Unknown(_) => Side::End,
-        _ => Side::Start,
-    };
-    let steepest = system
-        .pieces
-        .iter()
-        .filter_map(|p| if let Kind::Contact(face) = &p.kind { Some(face.tip_inclination()) } else { None })
-        .fold(0.0_f64, f64::max);
-    system.closing = Closing::Value {
-        of: single(&system, Probe::End(contact, side, Field::U)),
-        target: radius * steepest.cos() * model.initial.radius,
+    let steepest = raised.iter().fold(0.0_f64, |a, face| a.max(face.tip_inclination()));
+    system.closing = match (system.pieces[contact].from, system.pieces[contact].to) {
+        (Place::Unknown(a), Place::Unknown(b)) => Closing::Value { of: width(&system, a, b), target: radius },
+        (_, to) => {
+            let side = if matches!(to, Place::Unknown(_)) { Side::End } else { Side::Start };
+            Closing::Value {
+                of: single(&system, Probe::End(contact, side, Field::U)),
+                target: radius * steepest.cos() * model.initial.radius,
+            }
+        }
     };
     let newton = state::newton(1e-6);
     let raise = |system: &mut System, rise: f64| {
-        for piece in &mut system.pieces {
-            if let Kind::Contact(face) = &mut piece.kind {
-                face.rise = rise;
+        for (piece, own) in system.pieces.iter_mut().zip(&model.system.pieces) {
+            if let (Kind::Contact(face), Kind::Contact(own), true) = (&mut piece.kind, &own.kind, at_pole(own)) {
+                face.depth = rise * own.depth;
             }
             piece.reach = rise;
         }
@@ -238,7 +276,8 @@ fn first_with(model: &Model, radius: f64, work: &mut Work) -> Result<Solution, H
     newton.solve(&system, &disc, &mut z, &mut None, &mut work.effort).map_err(fail)?;
     // Rise of the bodies and reach of the loads: as large a step as Newton takes, and the mesh follows.
     let (mut done, mut step) = (0.0, 1.0_f64);
-    if steepest > 0.0 || system.pieces.iter().any(|piece| !piece.loads.is_empty()) {
+    let flat = raised.iter().all(|face| matches!(face.surface, Surface::Plane(_)));
+    if !flat || system.pieces.iter().any(|piece| !piece.loads.is_empty()) {
         while done < 1.0 {
             let next = (done + step).min(1.0);
             raise(&mut system, next);

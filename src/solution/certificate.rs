@@ -2,9 +2,9 @@
 
 use super::{Carried, TANGENT, View};
 use crate::model::Model;
-use crate::physics::surface::Facing;
+use crate::physics::membrane::Local;
 use crate::scalar::Scalar;
-use crate::system::{Coordinate, Kind, Side};
+use crate::system::{Coordinate, Formula, Kind, LOADS_AT, Side};
 use std::f64::consts::PI;
 
 /// Independent checks of a state; numbers are relative mismatches.
@@ -69,7 +69,7 @@ impl Certificate {
             let points = mesh_points(view, s);
             let last = points.len() - 1;
             // Other tractions are summed over the whole piece: only its ends can be compared.
-            let other = (piece.reported() > 2).then(|| other_force(view, s).re);
+            let other = (piece.reported() > LOADS_AT).then(|| other_force(view, s).re);
             for (i, m) in points {
                 let (pull, push) = (2.0 * PI * m.rho0 * m.w_balanced * m.sin, PI * m.u * m.u * p);
                 size = size.max(pull.abs()).max(push.abs());
@@ -116,11 +116,18 @@ impl Certificate {
         for (s, piece) in view.system.pieces.iter().enumerate() {
             let p = piece.pressure.value(&|g| view.global(g)).re;
             let volume = match &piece.kind {
-                Kind::Free | Kind::Wall { .. } => crate::system::Probe::Quadrature(s, 1),
+                Kind::Free => crate::system::Probe::Quadrature(s, 1),
                 Kind::Contact(_) => crate::system::Probe::SweptVolume(s),
             };
             let v = volume.value(view.system, &|slot| view.slot(slot));
-            work += p * along(v);
+            // What the piece sweeps: its volume between the planes through its ends changes also as these move.
+            let plane = |end: Option<Local<Carried>>, h: Option<&Formula>| -> f64 {
+                let (Some(m), Some(h)) = (end, h.and_then(|h| view.value(h))) else { return 0.0 };
+                PI * m.u().re.powi(2) * along(h)
+            };
+            let top = plane(view.end(s, Side::Start), model.heights.get(s));
+            let bottom = plane(view.end(s, Side::End), model.heights.get(s + 1));
+            work += p * (along(v) + top - bottom);
             size += (p * along(v)).abs();
         }
         for s in 0..view.system.pieces.len() {
@@ -166,7 +173,7 @@ impl Certificate {
         let mirror = (model.images > 1.0).then(|| heights(model, view, last).last().copied()).flatten();
         for (s, piece) in view.system.pieces.iter().enumerate() {
             let p = piece.pressure.value(&|g| view.global(g)).re;
-            let heights = heights(model, view, s);
+            let (heights, apex) = (heights(model, view, s), view.apex(s).re);
             for (i, m) in mesh_points(view, s) {
                 let scale = m.w_l.abs().max(m.w_m.abs());
                 self.least_tension = self.least_tension.min(m.w_l).min(m.w_m);
@@ -183,51 +190,31 @@ impl Certificate {
                     }
                 }
                 // No point of the membrane stands inside a body, nor beyond its mirror.
-                let own = model.bodies.iter().find(|body| body.pieces.contains(&s));
-                let Some(h) = own.map_or_else(
-                    || heights.get(i).copied(),
-                    |body| view.value(&body.h).map(|apex| apex.re + body.face.drop(m.u)),
-                ) else {
-                    continue;
+                let h = match &piece.kind {
+                    Kind::Free => heights[i],
+                    Kind::Contact(_) => apex + m.drop,
                 };
                 for body in model.bodies.iter().filter(|body| !body.pieces.contains(&s)) {
-                    let Some(apex) = view.value(&body.h) else { continue };
-                    let face = apex.re + body.face.drop(m.u);
-                    let gap = match body.face.facing {
-                        Facing::Down => h - face,
-                        Facing::Up => face - h,
-                    };
-                    if gap < -GAP * model.initial.radius {
-                        note(&format!("runs through {}", body.name), &piece.name, m.phi, gap);
+                    let Some(foremost) = view.value(&body.h) else { continue };
+                    let Some(depth) = body.penetration(m.u, h - foremost.re) else { continue };
+                    if depth > GAP * model.initial.radius {
+                        note(&format!("runs through {}", body.name), &piece.name, m.phi, -depth);
                     }
                 }
                 if let Some(mirror) = mirror.filter(|mirror| h - mirror > GAP * model.initial.radius) {
                     note("runs through its mirror image", &piece.name, m.phi, mirror - h);
                 }
-                for edge in &model.edges {
-                    let inside = if edge.facing == Facing::Down { s <= edge.before } else { s > edge.before };
-                    if inside && m.u - edge.radius > GAP * edge.radius {
-                        note(
-                            &format!("runs through the wall behind {}", edge.name),
-                            &piece.name,
-                            m.phi,
-                            edge.radius - m.u,
-                        );
-                    }
-                }
             }
         }
-        // An edge presses: outwards along the radius of its rim, and against the side that is bent over it.
+        // An edge presses on the membrane, away from the faces that meet in it.
         for edge in &model.edges {
             if let (Some(a), Some(b)) = (view.end(edge.before, Side::End), view.end(edge.before + 1, Side::Start)) {
                 let (ta, tb) = (a.response.w_l.re, b.response.w_l.re);
                 let size = ta.abs().max(tb.abs());
-                let down = if edge.facing == Facing::Down { 1.0 } else { -1.0 };
-                let radial = -down * (ta * a.cos.re - tb * b.cos.re);
-                let axial = ta * a.sin.re - tb * b.sin.re;
-                for (what, force) in [("radial edge force pulls", radial), ("axial edge force pulls", down * axial)] {
-                    if force < -EDGE * size {
-                        self.violations.push(format!("{what} at {} ({force:.3e})", edge.name));
+                let force = [ta * a.cos.re - tb * b.cos.re, ta * a.sin.re - tb * b.sin.re];
+                for (face, push) in edge.pushes(force) {
+                    if push < -EDGE * size {
+                        self.violations.push(format!("edge force pulls at {} off {face} ({push:.3e})", edge.name));
                     }
                 }
             }
@@ -264,7 +251,7 @@ fn patch_balance(view: &View, s: usize) -> (Carried, f64) {
 fn traction_work(view: &View, s: usize) -> (f64, f64) {
     let system = &view.system;
     let piece = &system.pieces[s];
-    if piece.reported() == 2 {
+    if piece.reported() == LOADS_AT {
         return (0.0, 0.0);
     }
     let (disc, n) = (view.disc, piece.states());
@@ -286,8 +273,7 @@ fn traction_work(view: &View, s: usize) -> (f64, f64) {
             let du = moves(m.u(), along * m.cos.re);
             let dh = match &piece.kind {
                 Kind::Free => moves(y.get(3).copied().unwrap_or(Carried::from(0.0)), along * m.sin.re),
-                Kind::Contact(face) => moves(view.apex(s) + face.drop(m.u()), along * m.sin.re),
-                Kind::Wall { .. } => 0.0,
+                Kind::Contact(face) => moves(view.apex(s) + face.drop(face.parameter(y[1], m.rho0)), along * m.sin.re),
             };
             work += measure.re * (radial.re * du + axial.re * dh);
             if let Some(repulsion) = &piece.repulsion {
@@ -303,7 +289,9 @@ fn traction_work(view: &View, s: usize) -> (f64, f64) {
 fn other_force(view: &View, s: usize) -> Carried {
     let piece = &view.system.pieces[s];
     let repulsion = piece.repulsion.as_ref().map(|_| piece.repulsion_at());
-    (2..2 + piece.loads.len()).chain(repulsion).fold(Carried::from(0.0), |sum, q| sum + view.reported(s, q))
+    (LOADS_AT..LOADS_AT + piece.loads.len())
+        .chain(repulsion)
+        .fold(Carried::from(0.0), |sum, q| sum + view.reported(s, q))
 }
 
 /// The same force from the contact pressure, integrated over the face on pieces of unit length in eta at most.
@@ -378,8 +366,10 @@ struct Plain {
     w_m: f64,
     /// Meridional tension with what its own repulsion adds.
     w_balanced: f64,
-    /// Contact pressure; meaningless on free pieces.
+    /// Contact pressure; zero on free pieces.
     p_c: f64,
+    /// Position below the apex of the face; zero on free pieces.
+    drop: f64,
 }
 
 fn mesh_points(view: &View, s: usize) -> Vec<(usize, Plain)> {
@@ -405,9 +395,10 @@ fn mesh_points(view: &View, s: usize) -> Vec<(usize, Plain)> {
                     w_l: r.w_l,
                     w_m: r.w_m,
                     w_balanced: piece.repulsion.as_ref().map_or(m, |own| own.added_to(&m)).response.w_l,
-                    p_c: match piece.kind {
+                    p_c: piece.contact_pressure(&system.reference, &system.law, x, &y, &p),
+                    drop: match &piece.kind {
                         Kind::Free => 0.0,
-                        _ => piece.contact_pressure(&system.reference, &system.law, x, &y, &p),
+                        Kind::Contact(face) => face.drop(face.parameter(y[1], m.rho0)),
                     },
                 },
             )

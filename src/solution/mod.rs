@@ -146,7 +146,7 @@ impl Solution {
         for (i, q) in self.quantities.iter().enumerate() {
             if let Some(q) = q {
                 let size = q.value.abs().max(1e-3 * typical.get(i).copied().unwrap_or(0.0));
-                let ratio = error(q) / (accuracy * size).max(1e-13);
+                let ratio = error(q) / (accuracy * size.max(1e-4)).max(1e-13);
                 if !(ratio <= worst.0) {
                     worst = (ratio, i);
                 }

@@ -58,9 +58,10 @@ pub fn profile(model: &Model, solution: &Solution) -> Vec<Row> {
             let pressed = || piece.contact_pressure(&system.reference, &system.law, disc.meshes[s][i], y, &p);
             let (tau, h, p_c) = match &piece.kind {
                 Kind::Free => (y[2], heights[i], None),
-                Kind::Wall { .. } => (std::f64::consts::FRAC_PI_2, heights[i], Some(pressed())),
                 Kind::Contact(face) => {
-                    (face.tangent(m.u()), apex.map_or(f64::NAN, |h| h.re) + face.drop(m.u()), Some(pressed()))
+                    let t = face.parameter(y[1], m.rho0);
+                    let h = apex.map_or(f64::NAN, |h| h.re) + face.drop(t);
+                    (face.tangent(face.frame(t).angle), h, Some(pressed()))
                 }
             };
             rows.push(Row {

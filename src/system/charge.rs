@@ -128,8 +128,7 @@ impl Charged for Surface<'_> {
         let m = piece.spot(&self.system.reference, eta, &y[..n]);
         let z = match &piece.kind {
             Kind::Free => y[3],
-            Kind::Contact(face) => extent.apex + face.drop(m.u),
-            Kind::Wall { .. } => f64::NAN,
+            Kind::Contact(face) => extent.apex + face.drop(face.parameter(y[1], m.rho0)),
         };
         let along = m.rho0 * stretch * by;
         Ring { u: m.u, z, du: along * m.lambda * m.cos, dz: along * m.lambda * m.sin, charge: along * m.rho0 }
@@ -161,9 +160,15 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<A
             let (eta, stretch) = piece.coordinate.at(x, surface.extents[s].a, surface.extents[s].b);
             let m = piece.local(&system.reference, &system.law, eta, &y[..n]);
             let d = repulsion.local(m.lambda, m.mu);
-            // Slopes are of ln(lambda), ln(mu), tau by x.
-            let [by_l, by_m] = [slopes[0] * m.lambda / stretch, slopes[1] * m.mu / stretch];
-            let turning = if let Kind::Free = piece.kind { slopes[2] / stretch } else { 0.0 };
+            // Slopes by eta; stage derivatives are by x.
+            let [by_l, by_m] = [slopes[0] * m.lambda / stretch, m.lambda * m.cos - m.mu * m.slope0];
+            let turning = match &piece.kind {
+                Kind::Free => slopes[2] / stretch,
+                Kind::Contact(face) => {
+                    let frame = face.frame(face.parameter(y[1], m.rho0));
+                    face.bend(&frame) * face.sense / frame.speed * m.rho0 * m.lambda
+                }
+            };
             let t = (d.w_ll * by_l + d.w_lm * by_m + m.slope0 * d.w_l - d.w_m * m.cos) / m.rho0;
             let normal = (-d.w_l * turning - d.w_m * m.sin) / m.rho0;
             let c = repulsion.coupling;

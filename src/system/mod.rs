@@ -18,7 +18,7 @@ mod tip;
 pub use charge::{renew, rests};
 pub use coordinate::{Coordinate, Place, tip_length};
 pub use load::{Component, Load, Site, Variable, along};
-pub use piece::{Kind, MOST_LOADS, Piece, Pressure};
+pub use piece::{Kind, LOADS_AT, MOST_LOADS, Piece, Pressure};
 pub use probe::{Field, Probe, Side};
 pub use repulsion::{Repulsion, Rest};
 pub use tip::coefficient as tip_coefficient;

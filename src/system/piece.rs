@@ -14,19 +14,16 @@ use std::sync::Arc;
 
 /// Most loads on one piece.
 pub const MOST_LOADS: usize = 8;
+/// Place of the axial force of the first load among what is reported of a piece.
+pub const LOADS_AT: usize = 4;
 
 /// What holds a piece of the membrane.
 #[derive(Clone, Debug)]
 pub enum Kind {
     /// Nothing but pressure.
     Free,
-    /// A rigid frictionless face, on which the radius says where the membrane is.
+    /// A rigid frictionless face, along which the parameter of its generator says where the membrane is.
     Contact(Face),
-    /// The inside of a rigid frictionless tube: tau = pi/2, the radius is given, the height is what moves.
-    Wall {
-        /// Radius of the tube.
-        radius: f64,
-    },
 }
 
 impl Kind {
@@ -34,7 +31,7 @@ impl Kind {
     /// on a face, where both follow from the radius.
     pub fn coupled(&self) -> usize {
         match self {
-            Kind::Free | Kind::Wall { .. } => 2,
+            Kind::Free => 2,
             Kind::Contact(_) => 0,
         }
     }
@@ -121,12 +118,12 @@ pub(super) struct Spot {
 }
 
 impl Piece {
-    /// Number of states: ln(lambda), ln(mu) where the radius is not given, tau where it is free, and h where a load asks for it.
+    /// Number of states: ln(lambda); ln(mu) and tau where it is free, and h where a load asks for it; the place on a face else
+    /// ([`Face::parameter`]).
     pub fn states(&self) -> usize {
         match self.kind {
             Kind::Free => 3 + usize::from(self.follows_height()),
             Kind::Contact(_) => 2,
-            Kind::Wall { .. } => 1,
         }
     }
 
@@ -135,15 +132,15 @@ impl Piece {
         matches!(self.kind, Kind::Free) && (!self.loads.is_empty() || self.repulsion.is_some())
     }
 
-    /// Quadratures that are only reported: elastic energy, deformed area, the axial force of each load, and the axial force and the
-    /// energy of its own repulsion.
+    /// Quadratures that are only reported: elastic energy, deformed area, length of the meridian (free), reference area, the axial force of
+    /// each load, and the axial force and the energy of its own repulsion.
     pub fn reported(&self) -> usize {
-        2 + self.loads.len() + 2 * usize::from(self.repulsion.is_some())
+        LOADS_AT + self.loads.len() + 2 * usize::from(self.repulsion.is_some())
     }
 
     /// The place of the axial force of its own repulsion among what is reported; the energy follows.
     pub fn repulsion_at(&self) -> usize {
-        2 + self.loads.len()
+        LOADS_AT + self.loads.len()
     }
 
     /// The globals that its equations depend on: unknown places, then those of the pressure.
@@ -177,14 +174,14 @@ impl Piece {
         let given = self.loads.iter().map(|load| load.globals().count()).sum::<usize>();
         let (tau, h) = match &self.kind {
             Kind::Free => (y[2], y.get(3).copied().unwrap_or(S::from(0.0))),
-            Kind::Wall { .. } => (S::from(0.5 * PI), S::from(0.0)),
             Kind::Contact(face) => {
                 let apex = self.apex.as_ref().map_or(S::from(0.0), |(tape, _)| {
                     let (mut work, mut out) = (vec![], [S::from(0.0)]);
                     tape.eval(&rest[given..], &mut work, &mut out);
                     out[0]
                 });
-                (face.tangent(local.u()), apex + face.drop(local.u()))
+                let t = face.parameter(y[1], local.rho0);
+                (face.tangent(face.frame(t).angle), apex + face.drop(t))
             }
         };
         let phi = reference.phi(eta);
@@ -251,8 +248,10 @@ impl Piece {
     pub(super) fn shape<S: Scalar>(&self, rho0: S, y: &[S]) -> (S, S) {
         match &self.kind {
             Kind::Free => (y[1], y[2]),
-            Kind::Contact(face) => (y[1], face.tangent(y[1].exp() * rho0)),
-            Kind::Wall { radius } => (-(rho0 / *radius).ln(), S::from(0.5 * PI)),
+            Kind::Contact(face) => {
+                let t = face.parameter(y[1], rho0);
+                (face.ln_mu(y[1], t, rho0), face.tangent(face.frame(t).angle))
+            }
         }
     }
 
@@ -276,7 +275,6 @@ impl Piece {
         let measure = m.rho0 * stretch;
         let states = self.states();
         match &self.kind {
-            Kind::Wall { .. } => {}
             Kind::Free => {
                 out[1] = f1 * stretch;
                 out[2] = balanced.turning(self.pressure.net(rest), push) * stretch;
@@ -284,7 +282,10 @@ impl Piece {
                     out[3] = measure * m.lambda * m.sin;
                 }
             }
-            Kind::Contact(_) => out[1] = f1 * stretch,
+            Kind::Contact(face) => {
+                let t = face.parameter(y[1], m.rho0);
+                out[1] = face.advance(&face.frame(t), t, &m) * stretch;
+            }
         }
         let coupled = self.kind.coupled();
         if coupled > 0 && out.len() > states {
@@ -294,7 +295,7 @@ impl Piece {
             let out = &mut out[states + coupled..];
             self.reported_flow(&m, measure, out);
             if let Some((_, _, axial)) = &loaded {
-                for (o, force) in out[2..].iter_mut().zip(axial).take(self.loads.len()) {
+                for (o, force) in out[LOADS_AT..].iter_mut().zip(axial).take(self.loads.len()) {
                     *o = m.rho0 * *force * measure * (2.0 * PI);
                 }
             }
@@ -341,12 +342,14 @@ impl Piece {
         }
     }
 
-    /// Contact pressure on the face that holds the piece, at a state of the membrane.
+    /// Contact pressure on the face that holds the piece, at a state of the membrane; zero on a free piece.
     pub fn contact_pressure<S: Scalar>(&self, reference: &Sphere, law: &Law, x: f64, y: &[S], p: &[S]) -> S {
         let (m, [_, push]) = self.balance(reference, law, x, y, p);
         let net = self.pressure.net(self.ends(p).2) + push / (m.lambda * m.mu);
-        // Along a face tau turns with the radius only; the faces so far are straight, and flat at a pole.
-        if m.rho0.value() > 0.0 { m.contact_pressure(net, S::from(0.0)) } else { net }
+        let Kind::Contact(face) = &self.kind else { return S::from(0.0) };
+        let t = face.parameter(y[1], m.rho0);
+        let frame = face.frame(t);
+        m.contact_pressure(net, face.bend(&frame) * face.sense / frame.speed, face.hoop(&frame, t, m.u()))
     }
 
     /// (4) of the membrane, and pi u^2 dh.
@@ -358,17 +361,20 @@ impl Piece {
         out[1] = u * u * fall * PI;
     }
 
-    /// Energy 2 pi rho0 w dS and area 2 pi u lambda dS.
+    /// Energy 2 pi rho0 w dS, area 2 pi u lambda dS, length lambda dS, reference area 2 pi rho0 dS.
     #[inline(always)]
     fn reported_flow<S: Scalar>(&self, m: &Local<S>, measure: S, out: &mut [S]) {
         out[0] = m.rho0 * m.response.w * measure * (2.0 * PI);
         out[1] = m.u() * m.lambda * measure * (2.0 * PI);
+        // Along a face the length follows from the parameters of its ends, and is no smooth function of x at a pole.
+        out[2] = if matches!(self.kind, Kind::Free) { m.lambda * measure } else { S::from(0.0) };
+        out[3] = m.rho0 * measure * (2.0 * PI);
     }
 
-    /// What the quadratures miss between the tip of a cone and the innermost point resolved, `m`, on a straight face: energy and
-    /// area, in closed form.
-    pub fn tip_tail<S: Scalar>(&self, m: &Local<S>) -> [S; 2] {
-        let u = m.u();
-        [tip_energy(m), u * u * (PI / m.cos.value().abs())]
+    /// What the quadratures miss between the tip of a cone and the innermost point resolved, `m`, on a straight face: energy, area, no
+    /// length, and reference area, in closed form.
+    pub fn tip_tail<S: Scalar>(&self, m: &Local<S>) -> [S; LOADS_AT] {
+        let (u, along) = (m.u(), 1.0 / m.cos.value().abs());
+        [tip_energy(m), u * u * (PI * along), S::from(0.0), m.rho0 * m.rho0 * PI]
     }
 }

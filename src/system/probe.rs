@@ -39,6 +39,8 @@ pub enum Field {
     TensionM,
     /// Position below the apex of the face (contact).
     Drop,
+    /// Parameter of the generator of the face (contact).
+    Along,
     /// Axial position, where it is a state (free, under a load that asks for it).
     Height,
     /// Contact pressure (contact).
@@ -58,6 +60,8 @@ pub enum Probe {
     Quadrature(usize, usize),
     /// Volume swept by a piece of contact, integral of pi u^2 dh, in closed form.
     SweptVolume(usize),
+    /// Length of the meridian on a piece of contact, in closed form.
+    FaceLength(usize),
     /// A reported quadrature of a piece, tail of a tip included. Not for conditions.
     Reported(usize, usize),
     /// A field of the membrane where the formula is evaluated. For tractions only.
@@ -103,9 +107,9 @@ impl Probe {
                 }
             }
             Probe::Quadrature(s, q) => out.push(layout.quadratures(s) + q),
-            Probe::SweptVolume(s) => {
-                Probe::End(s, Side::Start, Field::U).slots(system, out);
-                Probe::End(s, Side::End, Field::U).slots(system, out);
+            Probe::SweptVolume(s) | Probe::FaceLength(s) => {
+                Probe::End(s, Side::Start, Field::Along).slots(system, out);
+                Probe::End(s, Side::End, Field::Along).slots(system, out);
             }
             Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent | Probe::Here(_) => {
             }
@@ -122,15 +126,20 @@ impl Probe {
             Probe::Global(g) => slot(layout.global(g)),
             Probe::Quadrature(s, q) => slot(layout.quadratures(s) + q),
             Probe::End(s, side, field) => end_field(system, s, side, field, slot),
-            Probe::SweptVolume(s) => match &system.pieces[s].kind {
-                Kind::Free | Kind::Wall { .. } => S::from(0.0),
+            Probe::SweptVolume(s) | Probe::FaceLength(s) => match &system.pieces[s].kind {
+                Kind::Free => S::from(0.0),
                 Kind::Contact(face) => {
                     // Between the axis and a tip's inner end the face goes on.
-                    let radius = |side| match (side, system.pieces[s].coordinate) {
+                    let place = |side| match (side, system.pieces[s].coordinate) {
                         (Side::Start, Coordinate::FromTip(_)) | (Side::End, Coordinate::ToTip(_)) => S::from(0.0),
-                        _ => end_field(system, s, side, Field::U, slot),
+                        _ => end_field(system, s, side, Field::Along, slot),
                     };
-                    face.swept_volume(radius(Side::Start), radius(Side::End))
+                    let (from, to) = (place(Side::Start), place(Side::End));
+                    if matches!(self, Probe::FaceLength(_)) {
+                        face.length(from, to)
+                    } else {
+                        face.swept_volume(from, to)
+                    }
                 }
             },
             Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent | Probe::Here(_) => {
@@ -189,8 +198,12 @@ fn end_field<S: Scalar>(system: &System, s: usize, side: Side, field: Field, slo
         Field::TensionL => system.law.response(lambda, mu).w_l,
         Field::TensionM => system.law.response(lambda, mu).w_m,
         Field::Drop => match &piece.kind {
-            Kind::Contact(face) => face.drop(mu * rho0()),
-            _ => S::from(0.0),
+            Kind::Contact(face) => face.drop(face.parameter(y[1], rho0())),
+            Kind::Free => S::from(0.0),
+        },
+        Field::Along => match &piece.kind {
+            Kind::Contact(face) => face.parameter(y[1], rho0()),
+            Kind::Free => S::from(0.0),
         },
         Field::ContactPressure => {
             let p: Vec<S> = piece.parameters().iter().map(|&g| slot(system.layout.global(g))).collect();
@@ -199,7 +212,7 @@ fn end_field<S: Scalar>(system: &System, s: usize, side: Side, field: Field, slo
         }
         Field::TipDrift => match &piece.kind {
             Kind::Contact(face) => tip_drift(&system.law, face.tip_inclination().cos(), lambda, mu),
-            _ => S::from(0.0),
+            Kind::Free => S::from(0.0),
         },
     }
 }

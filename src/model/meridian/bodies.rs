@@ -1,96 +1,135 @@
-//! What holds the membrane: faces and edges of bodies, and whether they just touch the initial sphere.
+//! Where the initial sphere stands among the bodies, and whether they just touch it there.
 
-use super::list::Segment;
+use super::list::{JointKind, List};
+use super::rigid::Rigid;
 use crate::diagnostic::Diagnostic;
 use crate::model::names::Names;
-use crate::model::{Initial, token};
-use crate::physics::surface::{Cone, Facing, Plane, Surface};
-use crate::spec::{Number, Problem, Shape};
-use crate::system::{Kind, Place};
+use crate::model::{Initial, facing, token};
+use crate::physics::surface::{Face, Facing, Generator};
+use crate::spec::{Number, Problem};
 use std::f64::consts::PI;
 
-/// Inclination below which a cone is a plane.
-pub(super) const FLAT: f64 = 1e-9;
+/// Places of a generator that are looked at for one at which it touches a sphere.
+const SEARCHED: usize = 400;
 
-/// The surface of a body.
-pub(super) fn surface(problem: &Problem, names: &Names, body: usize, errors: &mut Vec<Diagnostic>) -> Option<Surface> {
-    let (name, said) = problem.bodies.get_index(body)?;
-    let pointer = format!("/bodies/{}/shape", token(name));
-    match &said.shape {
-        Shape::Plane => Some(Plane.into()),
-        Shape::Cone { inclination, tip_radius, hollow } if tip_radius.is_none() && !hollow => {
-            let at = format!("{pointer}/Cone/inclination");
-            let angle = names.constant(inclination, &at, errors)?;
-            if !(0.0..PI / 2.0).contains(&angle) || angle > 89.5_f64.to_radians() {
-                let mut d = Diagnostic::error(
-                    "inclination",
+/// Where something touches the initial sphere.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Touch {
+    /// The material angle.
+    pub(super) phi: f64,
+    /// Its position below the foremost point of its body on the axis.
+    pub(super) drop: f64,
+}
+
+/// Where the part of a face between two parameters touches a sphere of radius `r`: at the pole, or along a circle on which the tangents
+/// agree.
+fn touch(face: &Face, range: [f64; 2], r: f64, at_pole: bool) -> Option<Touch> {
+    let at = |t: f64, phi: f64| Touch { phi, drop: face.drop(t) };
+    if at_pole {
+        let pole = if face.facing == Facing::Down { 0.0 } else { PI };
+        return (face.surface.axial() && range[0] == 0.0).then(|| at(0.0, pole));
+    }
+    let tau = |t: f64| face.tangent(face.frame(t).angle);
+    let miss = |t: f64| face.surface.point(t)[0] - r * tau(t).sin();
+    let last = range[1].min(range[0] + 10.0 * r);
+    let place = |i: usize| range[0] + (last - range[0]) * i as f64 / SEARCHED as f64;
+    for i in 1..=SEARCHED {
+        let (mut a, mut b) = (place(i - 1), place(i));
+        // On the axis itself the sphere is touched at its pole.
+        let sign = |t: f64| miss(t) > 0.0;
+        if (i == 1 && miss(a).abs() < 1e-12 * r) || !miss(b).is_finite() || sign(a) == sign(b) {
+            continue;
+        }
+        for _ in 0..80 {
+            let m = 0.5 * (a + b);
+            if sign(m) == sign(a) { a = m } else { b = m }
+        }
+        let t = 0.5 * (a + b);
+        if tau(t) > 0.0 && tau(t) < PI && miss(t).abs() < 1e-9 * r {
+            return Some(at(t, tau(t)));
+        }
+    }
+    None
+}
+
+/// The touches of the initial sphere: of each contact (none for a free segment), and of each joint that is a kink.
+pub(super) struct Touches {
+    pub(super) contacts: Vec<Option<Touch>>,
+    pub(super) edges: Vec<Option<Touch>>,
+}
+
+impl Touches {
+    /// The material angle at which a joint starts: that of its edge, or of the contact on one of its sides; what touches nothing
+    /// starts at the equator.
+    pub(super) fn joint(&self, i: usize) -> f64 {
+        let touch = self.edges[i].or(self.contacts[i]).or(self.contacts[i + 1]);
+        touch.map_or(PI / 2.0, |t| t.phi)
+    }
+}
+
+/// Finds where contacts and kinks that are there from the start touch the initial sphere. Those that appear later are not asked for.
+pub(super) fn touches(
+    problem: &Problem,
+    list: &List,
+    rigid: &[Option<Rigid>],
+    mirrored: bool,
+    radius: f64,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<Touches> {
+    let before = errors.len();
+    let later = |at: usize| list.appearing.contains(&at);
+    let count = list.segments.len();
+    let mut contacts = vec![];
+    for (i, s) in list.segments.iter().enumerate() {
+        let Some((body, face)) = s.body.filter(|_| !later(s.at) && s.part.0 == 0) else {
+            contacts.push(None);
+            continue;
+        };
+        let f = &rigid[body].as_ref()?.faces[face];
+        let at_pole = i == 0 || (i + 1 == count && !mirrored);
+        let found = touch(&f.face, f.range, radius, at_pole);
+        if found.is_none() {
+            let why = if at_pole {
+                "it has no point on the axis"
+            } else {
+                "nowhere are its tangent and that of the sphere the same"
+            };
+            errors.push(
+                Diagnostic::error("no-first-touch", format!("`{}` cannot touch the initial sphere: {why}", f.name))
+                    .at(format!("/meridian/{}", s.at), "a contact without `appears` just touches the initial sphere")
+                    .help("say when it appears: Contact(on: .., appears: OnTouch)"),
+            );
+        }
+        contacts.push(found);
+    }
+    let mut edges = vec![];
+    for joint in &list.joints {
+        let JointKind::Kink(name, body, edge, _) = joint.kind else {
+            edges.push(None);
+            continue;
+        };
+        let edge = &rigid[body].as_ref()?.edges[edge];
+        let (said, face) = (&problem.bodies[body], facing(problem.bodies[body].facing));
+        let sine = edge.at[0] / radius;
+        if !(sine < 1.0) && !later(joint.at) {
+            let at = format!("/bodies/{}/shape", token(problem.bodies.get_index(body)?.0));
+            let at = if matches!(said.shape, crate::spec::Shape::Pipette { .. }) { at + "/Pipette/radius" } else { at };
+            errors.push(
+                Diagnostic::error(
+                    "pipette-radius",
                     format!(
-                        "the inclination of a cone must lie between 0 and 89.5 degrees, not {:.6} degrees",
-                        angle.to_degrees()
+                        "the radius of the edge `{name}`, {}, must be smaller than that of the initial sphere, {radius}",
+                        edge.at[0]
                     ),
                 )
-                .at(at, "measured from the horizontal; 0 is flat");
-                // The commonest slip: a bare number of degrees.
-                if let Number::Formula(text) = inclination
-                    && let Some(Number::Value(v)) = problem.parameters.get(text.trim())
-                    && *v >= 2.0
-                {
-                    d = d.at(format!("/parameters/{}", token(text.trim())), format!("{v} radians; write \"{v}[deg]\""));
-                } else if let Number::Value(v) = inclination
-                    && *v >= 2.0
-                {
-                    d = d.help(format!("{v} radians; write \"{v}[deg]\""));
-                }
-                errors.push(d);
-                return None;
-            }
-            if angle < FLAT { Some(Plane.into()) } else { Some(Cone { inclination: angle }.into()) }
-        }
-        _ => {
-            errors.push(
-                Diagnostic::error("not-supported", "this shape cannot be solved by this version")
-                    .at(pointer, "not supported yet")
-                    .help("supported: Plane, Cone(inclination: ..) with a sharp tip"),
+                .at(at, format!("is {}", edge.at[0])),
             );
-            None
         }
+        let drop = if face == Facing::Down { -edge.at[1] } else { edge.at[1] };
+        let phi = if face == Facing::Down { sine.asin() } else { PI - sine.asin() };
+        edges.push(Some(Touch { phi: if phi.is_finite() { phi } else { PI / 2.0 }, drop }));
     }
-}
-
-/// A sharp edge, where it touches the initial sphere.
-pub(super) struct Edge {
-    pub(super) body: usize,
-    pub(super) facing: Facing,
-    pub(super) radius: f64,
-    pub(super) phi: f64,
-}
-
-/// The inner radius of a pipette, which must be smaller than the initial sphere.
-pub(super) fn tube_radius(
-    problem: &Problem,
-    names: &Names,
-    initial: &Initial,
-    body: usize,
-    errors: &mut Vec<Diagnostic>,
-) -> Option<f64> {
-    let (name, said) = problem.bodies.get_index(body)?;
-    let Shape::Pipette { radius } = &said.shape else { return None };
-    let pointer = format!("/bodies/{}/shape/Pipette/radius", token(name));
-    let r = names.constant(radius, &pointer, errors)?;
-    if r > 0.0 && r < initial.radius {
-        return Some(r);
-    }
-    errors.push(
-        Diagnostic::error(
-            "pipette-radius",
-            format!(
-                "the radius of the pipette, {r}, must lie between 0 and that of the initial sphere, {}",
-                initial.radius
-            ),
-        )
-        .at(pointer, format!("is {r}")),
-    );
-    None
+    (errors.len() == before).then_some(Touches { contacts, edges })
 }
 
 /// Where the middle of the initial sphere stands, and whether the bodies just touch it there.
@@ -99,51 +138,52 @@ pub(super) fn axial_place(
     problem: &Problem,
     names: &Names,
     initial: &Initial,
-    segments: &[Segment],
-    kinds: &[Kind],
-    edges: &[Option<Edge>],
+    list: &List,
+    touches: &Touches,
     mirror: Option<&Number>,
     initial_globals: &mut [f64],
     errors: &mut Vec<Diagnostic>,
 ) -> f64 {
     let r = initial.radius;
-    let apex = |body: usize, errors: &mut Vec<Diagnostic>| -> Option<(f64, String)> {
+    // Where the middle of the sphere stands when each just touches: faces first.
+    struct Says {
+        middle: f64,
+        h: f64,
+        pointer: String,
+        facing: Facing,
+        at: usize,
+    }
+    let says = |body: usize, touch: &Touch, at: usize, errors: &mut Vec<Diagnostic>| -> Option<Says> {
         let (name, body) = problem.bodies.get_index(body)?;
         let pointer = format!("/bodies/{}/h", token(name));
-        Some((names.at_start(&body.h, &pointer, errors)?, pointer))
+        let h = names.at_start(&body.h, &pointer, errors)?;
+        Some(Says { middle: h + touch.drop + r * touch.phi.cos(), h, pointer, facing: facing(body.facing), at })
     };
-    // Where the middle of the sphere stands when it just touches: what each body says, faces first.
-    let mut apexes: Vec<(f64, String, Facing, usize)> = vec![];
-    for (s, kind) in segments.iter().zip(kinds) {
-        if let (Kind::Contact(face), Some((body, _))) = (kind, &s.body)
-            && let Some((h, pointer)) = apex(*body, errors)
-        {
-            apexes.push((h, pointer, face.facing, s.at));
+    let mut contacts = vec![];
+    for (s, touch) in list.segments.iter().zip(&touches.contacts) {
+        if let (Some((body, _)), Some(touch)) = (s.body, touch) {
+            contacts.extend(says(body, touch, s.at, errors));
         }
     }
     let mut rings = vec![];
-    for edge in edges.iter().flatten() {
-        if let Some((h, _)) = apex(edge.body, errors) {
-            let away = (r * r - edge.radius * edge.radius).sqrt();
-            rings.push(if edge.facing == Facing::Down { h + away } else { h - away });
+    for (joint, touch) in list.joints.iter().zip(&touches.edges) {
+        if let (JointKind::Kink(_, body, ..), Some(touch), false) =
+            (&joint.kind, touch, list.appearing.contains(&joint.at))
+        {
+            rings.extend(says(*body, touch, joint.at, errors));
         }
     }
     let middle = match mirror {
         Some(h) => names.constant(h, "/meridian", errors).unwrap_or(0.0),
-        None => match apexes.iter().find(|a| a.2 == Facing::Up) {
-            Some(up) => up.0 - r,
-            None => apexes.first().map(|down| down.0 + r).or(rings.first().copied()).unwrap_or(0.0),
+        None => match contacts.iter().find(|c| c.facing == Facing::Up) {
+            Some(up) => up.middle,
+            None => contacts.first().or(rings.first()).map_or(0.0, |c| c.middle),
         },
     };
-    for (h, pointer, facing, at) in &apexes {
-        let touch = match facing {
-            Facing::Down => middle - r,
-            Facing::Up => middle + r,
-        };
-        let gap = match facing {
-            Facing::Down => touch - h,
-            Facing::Up => h - touch,
-        };
+    for c in contacts.iter().chain(rings.iter().skip(usize::from(contacts.is_empty() && mirror.is_none()))) {
+        // A body that looks down leaves a gap where the sphere stands below where it would touch.
+        let below = middle - c.middle;
+        let gap = if c.facing == Facing::Down { below } else { -below };
         if gap.abs() > 1e-9 * r || gap.is_nan() {
             let what = if gap > 0.0 { "leaves a gap of" } else { "penetrates by" };
             errors.push(
@@ -154,26 +194,16 @@ pub(super) fn axial_place(
                         gap.abs()
                     ),
                 )
-                .at(pointer.clone(), format!("h = {h} in the initial state; {touch} would touch"))
-                .at(format!("/meridian/{at}"), "the contact"),
+                .at(c.pointer.clone(), format!("h = {} in the initial state; {} would touch", c.h, c.h + below))
+                .at(format!("/meridian/{}", c.at), "the contact"),
             );
         }
     }
     // Axial position of the start of each piece on that sphere.
-    let reference = &initial.reference;
-    for (p, shape) in names.pieces.iter().zip(names.shapes()) {
+    for (i, p) in names.pieces.iter().enumerate() {
         if let Some(g) = p.h0 {
-            let phi = match shape.from {
-                Place::Pole => 0.0,
-                Place::Fixed(eta) => reference.phi(eta),
-                Place::Unknown(place) => reference.phi(initial_globals[place]),
-            };
-            initial_globals[g] = middle
-                - r * if matches!(shape.from, Place::Unknown(_)) && edges.iter().all(Option::is_none) {
-                    1.0
-                } else {
-                    phi.cos()
-                };
+            let phi = i.checked_sub(1).map_or(0.0, |joint| touches.joint(joint));
+            initial_globals[g] = middle - r * phi.cos();
         }
     }
     middle

@@ -3,12 +3,13 @@
 //! Those of the catalogue are put together as formulas, with the text that says the same in the words of a file; those that the file
 //! writes itself are read like any other equation. Both go into the system and the ledger in the same order.
 
-use super::bodies::Edge;
+use super::rigid::{Rigid, RigidEdge};
 use crate::diagnostic::Diagnostic;
 use crate::expr::{Builder, ExprError, Node};
 use crate::model::ledger::Ledger;
 use crate::model::names::{Binder, Names};
 use crate::model::{Adhesion, bracket, token};
+use crate::physics::surface::Generator;
 use crate::spec::{Equation, Formula, KinkLaw, Number};
 use crate::system::{Coordinate, Field, Kind, Side, System};
 use indexmap::IndexMap;
@@ -16,6 +17,18 @@ use std::f64::consts::PI;
 
 /// Puts a formula together.
 type Make<'m> = dyn Fn(&mut Builder, &mut Binder) -> Result<Node, Vec<ExprError>> + 'm;
+
+/// A sharp edge over which the membrane is bent.
+#[derive(Clone, Copy)]
+pub(super) struct Bend<'b> {
+    pub(super) name: &'b str,
+    pub(super) body: usize,
+    pub(super) edge: &'b RigidEdge,
+    /// The bodies and faces on which the membrane lies before and after it.
+    pub(super) sides: [Option<(usize, usize)>; 2],
+    /// The material angle that touched it first.
+    pub(super) phi: f64,
+}
 
 /// Where the conditions go.
 pub(super) struct Conditions<'w, 'a> {
@@ -137,20 +150,60 @@ impl Conditions<'_, '_> {
         Some(Adhesion { before, free_first, energy: known })
     }
 
+    /// The line between two faces of one body that meet smoothly, behind a piece.
+    pub(super) fn seam(&mut self, before: usize, rigid: Option<&Rigid>, faces: [usize; 2], at: &str) {
+        let origin = "joint (Smooth)";
+        let met = rigid.and_then(|rigid| {
+            let [a, b] = faces.map(|f| &rigid.faces[f]);
+            // The outer face goes on where the inner one ends; the walk may go either way.
+            match faces {
+                [i, j] if j == i + 1 => Some([a.range[1], b.range[0]]),
+                [i, j] if i == j + 1 => Some([a.range[0], b.range[1]]),
+                _ => None,
+            }
+        });
+        let Some(met) = met else {
+            self.errors.push(
+                Diagnostic::error("no-seam", "these two contacts do not lie on neighbouring faces of one body")
+                    .at(at.to_owned(), "joined smoothly")
+                    .help("a free segment or a kink lies between contacts on different bodies"),
+            );
+            return;
+        };
+        self.continuous(before, "lambda", Field::Lambda, origin);
+        for (piece, side, end, t) in [(before, Side::End, "end", met[0]), (before + 1, Side::Start, "start", met[1])] {
+            let name = self.system.pieces[piece].name.clone();
+            let said = [format!("{name}: {end} of the face"), format!("{name} ends with its face"), origin.to_owned()];
+            self.fixed(piece, side, Field::Along, t, said);
+        }
+    }
+
     /// A sharp rigid edge behind a piece: both sides at its u and h as far as their faces do not satisfy that already, then its law.
-    pub(super) fn kink(&mut self, before: usize, name: &str, body: usize, edge: &Edge, law: &KinkLaw, at: &str) {
-        let radius = edge.radius;
-        for (piece, side, end, which) in
-            [(before, Side::End, "end", "before"), (before + 1, Side::Start, "start", "after")]
-        {
+    pub(super) fn kink(&mut self, before: usize, bend: &Bend, law: &KinkLaw, at: &str) {
+        let Bend { name, body, edge, .. } = *bend;
+        let [radius, depth] = edge.at;
+        let down = self.names.faces_down(body);
+        for (piece, side, end, which, on) in [
+            (before, Side::End, "end", "before", bend.sides[0]),
+            (before + 1, Side::Start, "start", "after", bend.sides[1]),
+        ] {
             let end = format!("{}.{end}", self.system.pieces[piece].name);
             let origin = "joint (Kink)";
-            if !matches!(self.system.pieces[piece].kind, Kind::Wall { .. }) {
-                let said = [format!("{name}: u {which}"), format!("{end}.u = {radius}"), origin.to_owned()];
-                self.fixed(piece, side, Field::U, radius, said);
+            // On a face that meets in the edge, its parameter there says both.
+            let own = on.filter(|on| on.0 == body).and_then(|on| edge.on.iter().find(|(face, _)| *face == on.1));
+            if let Some((_, t)) = own {
+                let tube = matches!(&self.system.pieces[piece].kind, Kind::Contact(f) if !f.surface.axial());
+                let (what, text) =
+                    if tube { ("h", format!("{end}.h = {name}.h")) } else { ("u", format!("{end}.u = {radius}")) };
+                self.fixed(piece, side, Field::Along, *t, [format!("{name}: {what} {which}"), text, origin.to_owned()]);
+                continue;
             }
+            let said = [format!("{name}: u {which}"), format!("{end}.u = {radius}"), origin.to_owned()];
+            self.fixed(piece, side, Field::U, radius, said);
             self.add(format!("{name}: h {which}"), format!("{end}.h = {name}.h"), origin, &|b, x| {
                 let (h, at) = (x.h(b, piece, side)?, x.body_h(b, body)?);
+                let behind = b.constant(if down { -depth } else { depth });
+                let at = b.sum(at, behind);
                 Ok(b.sub(h, at))
             });
         }
@@ -162,7 +215,7 @@ impl Conditions<'_, '_> {
                 self.read(what, &text, "joint (Kink, Frictionless)", at);
             }
             KinkLaw::Stuck => {
-                let text = format!("{name}.phi = {:?}", edge.phi);
+                let text = format!("{name}.phi = {:?}", bend.phi);
                 self.read(format!("{name}: stuck where it first touched"), &text, "joint (Kink, Stuck)", at);
             }
             KinkLaw::StuckAt(place) => {

@@ -1,5 +1,6 @@
 //! The list of elements, read: segments, and what joins each two of them.
 
+use super::rigid::{chain, edge_names, face_names};
 use crate::diagnostic::Diagnostic;
 use crate::expr::nearest;
 use crate::model::Presence;
@@ -9,8 +10,10 @@ use crate::spec::{self, Element, KinkLaw, Number, Problem, Shape};
 pub(super) struct Segment {
     pub(super) at: usize,
     pub(super) name: String,
-    /// The body it lies on, and the face of that body where it has several.
-    pub(super) body: Option<(usize, Option<String>)>,
+    /// Which of the faces that meet smoothly it lies on, and how many there are.
+    pub(super) part: (usize, usize),
+    /// The body it lies on, and the face of that body.
+    pub(super) body: Option<(usize, usize)>,
     pub(super) outside: Option<Number>,
 }
 
@@ -24,8 +27,8 @@ pub(super) struct Joint<'a> {
 pub(super) enum JointKind<'a> {
     /// A smooth contact edge.
     Smooth,
-    /// A sharp rigid edge: its name, its body, its law.
-    Kink(&'a str, usize, &'a KinkLaw),
+    /// A sharp rigid edge: its name, its body, the edge of that body, its law.
+    Kink(&'a str, usize, usize, &'a KinkLaw),
     /// The edge of an adhering contact, with its energy.
     Adhesive(&'a Number),
     /// Exactly what is written.
@@ -42,42 +45,47 @@ pub(super) struct List<'a> {
     pub(super) last_at: usize,
     /// Names of segments and joints that are absent in this stage.
     pub(super) absent: Vec<String>,
+    /// Elements that are not there from the start, by their places in the list.
+    pub(super) appearing: Vec<usize>,
 }
 
 /// The body and the face that a name such as `cone` or `pipette.wall` means.
-fn face_of(problem: &Problem, name: &str) -> Option<(usize, Option<String>)> {
+fn face_of(problem: &Problem, name: &str) -> Option<(usize, usize)> {
     if let Some(body) = problem.bodies.get_index_of(name) {
-        return Some((body, None));
+        return face_names(&problem.bodies[body].shape).is_empty().then_some((body, 0));
     }
-    let (body, face) = name.split_once('.')?;
-    let index = problem.bodies.get_index_of(body)?;
-    let faces: &[&str] = match problem.bodies[index].shape {
-        Shape::Pipette { .. } => &["wall", "mouth"],
-        _ => &[],
-    };
-    faces.contains(&face).then(|| (index, Some(face.to_owned())))
+    part_of(problem, name, face_names)
 }
 
-/// All names of bodies and faces.
-fn faces(problem: &Problem) -> Vec<String> {
+/// The body and its part that a name such as `punch.edge` means.
+fn part_of(problem: &Problem, name: &str, parts: impl Fn(&Shape) -> Vec<&str>) -> Option<(usize, usize)> {
+    let (body, part) = name.split_once('.')?;
+    let index = problem.bodies.get_index_of(body)?;
+    Some((index, parts(&problem.bodies[index].shape).iter().position(|p| *p == part)?))
+}
+
+/// All names of faces, or of edges.
+fn parts(problem: &Problem, edges: bool) -> Vec<String> {
     let mut names = vec![];
     for (name, body) in &problem.bodies {
-        match body.shape {
-            Shape::Pipette { .. } => names.extend(["wall", "mouth"].map(|f| format!("{name}.{f}"))),
-            _ => names.push(name.clone()),
+        let own = if edges { edge_names(&body.shape) } else { face_names(&body.shape) };
+        names.extend(own.iter().map(|p| format!("{name}.{p}")));
+        if !edges && own.is_empty() {
+            names.push(name.clone());
         }
     }
     names
 }
 
-fn unknown_face(problem: &Problem, name: &str, pointer: String) -> Diagnostic {
-    let known = faces(problem);
-    let mut d = Diagnostic::error("unknown-name", format!("there is no body or face `{name}`"))
-        .at(pointer, "no body has this name");
+fn unknown_part(problem: &Problem, name: &str, edges: bool, pointer: String) -> Diagnostic {
+    let known = parts(problem, edges);
+    let (what, all) = if edges { ("sharp edge", "edges") } else { ("body or face", "bodies and faces") };
+    let mut d =
+        Diagnostic::error("unknown-name", format!("there is no {what} `{name}`")).at(pointer, "nothing has this name");
     if let Some(near) = nearest(name, known.iter().map(String::as_str)) {
         d = d.help(format!("did you mean `{near}`?"));
     }
-    d.help(format!("bodies and faces: {}", known.join(", ")))
+    d.help(format!("{all}: {}", if known.is_empty() { "none".to_owned() } else { known.join(", ") }))
 }
 
 /// Reads the list of elements that are present.
@@ -144,6 +152,7 @@ pub(super) fn read_list<'a>(
                 segments.push(Segment {
                     at: i,
                     name: name.as_str().to_owned(),
+                    part: (0, 1),
                     body: None,
                     outside: outside_pressure.clone(),
                 });
@@ -153,22 +162,34 @@ pub(super) fn read_list<'a>(
                 if *law != spec::ContactLaw::Frictionless {
                     unsupported("contact without slip");
                 }
-                let face = face_of(problem, on.as_str()).filter(|f| f.1.as_deref() != Some("mouth"));
+                let face = face_of(problem, on.as_str());
                 if face.is_none() {
-                    errors.push(unknown_face(problem, on.as_str(), format!("{}/Contact/on", pointer(i))));
+                    errors.push(unknown_part(problem, on.as_str(), false, format!("{}/Contact/on", pointer(i))));
                 }
                 let name = name.as_ref().unwrap_or(on).as_str().to_owned();
-                segments.push(Segment { at: i, name, body: Some(face.unwrap_or((usize::MAX, None))), outside: None });
-                between.push(vec![]);
+                let (body, face) = face.unwrap_or((usize::MAX, 0));
+                let said = problem.bodies.get_index(body).map(|b| b.1);
+                let chain = said.map_or(1, |b| chain(&b.shape));
+                let mut parts: Vec<usize> = (0..chain).filter(|&part| presence.reaches(i, part)).collect();
+                if said.is_some_and(|b| b.facing == spec::Facing::Up) {
+                    parts.reverse(); // walked inwards
+                }
+                for part in parts {
+                    let name = if part == 0 { name.clone() } else { format!("{name}.side") };
+                    let body = Some((body, face + part));
+                    segments.push(Segment { at: i, name, part: (part, chain), body, outside: None });
+                    between.push(vec![]);
+                }
+                absent.extend((0..chain).filter(|&part| !presence.reaches(i, part)).map(|_| format!("{name}.side")));
             }
             Element::Smooth => joint(JointKind::Smooth),
             Element::Kink { at, law, .. } => {
                 if matches!(law, KinkLaw::Capstan { .. }) {
                     unsupported("friction at an edge");
                 }
-                match face_of(problem, at.as_str()).filter(|f| f.1.as_deref() == Some("mouth")) {
-                    Some((body, _)) => joint(JointKind::Kink(at.as_str(), body, law)),
-                    None => errors.push(unknown_face(problem, at.as_str(), format!("{}/Kink/at", pointer(i)))),
+                match part_of(problem, at.as_str(), edge_names) {
+                    Some((body, edge)) => joint(JointKind::Kink(at.as_str(), body, edge, law)),
+                    None => errors.push(unknown_part(problem, at.as_str(), true, format!("{}/Kink/at", pointer(i)))),
                 }
             }
             Element::AdhesiveEdge { energy } => joint(JointKind::Adhesive(energy)),
@@ -199,7 +220,11 @@ pub(super) fn read_list<'a>(
                 Diagnostic::error("two-joints", "two joints stand between two segments")
                     .at(pointer(joint.at), "the second one"),
             ),
-            (None, _) if a.body.is_none() != b.body.is_none() => {
+            // Between a contact and a free segment, and between faces of one body.
+            (None, _)
+                if a.body.map(|b| b.0) != b.body.map(|b| b.0) && (a.body.is_none() || b.body.is_none())
+                    || a.body.is_some() && a.body.map(|b| b.0) == b.body.map(|b| b.0) =>
+            {
                 joints.push(Joint { at: b.at, kind: JointKind::Smooth })
             }
             (None, _) => {
@@ -236,6 +261,9 @@ pub(super) fn read_list<'a>(
             Diagnostic::error("short-meridian", "there is no segment between the ends").at("/meridian", "no segment"),
         );
     }
-    let list = List { first: &elements[0], segments, joints, last: &elements[last], last_at: last, absent };
+    let appears =
+        |e: &Element| matches!(e, Element::Contact { appears: Some(_), .. } | Element::Kink { appears: Some(_), .. });
+    let appearing = (0..elements.len()).filter(|&i| appears(&elements[i])).collect();
+    let list = List { first: &elements[0], segments, joints, last: &elements[last], last_at: last, absent, appearing };
     (errors.len() == before).then_some(list)
 }

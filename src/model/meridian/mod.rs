@@ -6,18 +6,21 @@
 mod bodies;
 mod conditions;
 mod list;
+mod rigid;
+
+pub use rigid::Rigid;
 
 use super::ledger::Ledger;
-use super::names::{JointName, Names, PieceName};
-use super::{Adhesion, Body, Initial, Presence, facing, token};
+use super::names::{JointName, Names, PieceName, Standing};
+use super::{Adhesion, Body, Initial, Presence, token};
 use crate::diagnostic::Diagnostic;
-use crate::physics::surface::{Face, Facing};
-use crate::spec::{Element, Number, Problem, Shape};
+use crate::physics::surface::{Facing, Surface};
+use crate::spec::{Element, Number, Problem};
 use crate::system::{Coordinate, Kind, Piece, Place, Pressure, Side, System, tip_length};
-use bodies::{Edge, FLAT, axial_place, surface, tube_radius};
-use conditions::Conditions;
+use bodies::{axial_place, touches};
+use conditions::{Bend, Conditions};
 use list::{JointKind, List, read_list};
-use std::f64::consts::PI;
+use rigid::{FLAT, rigid};
 
 /// The meridian, understood.
 pub struct Walk<'a> {
@@ -33,7 +36,7 @@ pub struct Walk<'a> {
     pub globals: Vec<String>,
     /// Initial value of each global.
     pub initial_globals: Vec<f64>,
-    /// The bodies that the membrane touches along a face.
+    /// The rigid bodies.
     pub bodies: Vec<Body>,
     /// The sharp edges over which it is bent.
     pub edges: Vec<super::Edge>,
@@ -48,10 +51,8 @@ pub struct Walk<'a> {
 /// Finds what is wrong with the list and the bodies, whatever the initial state is.
 pub fn examine(problem: &Problem, presence: &Presence, names: &Names, errors: &mut Vec<Diagnostic>) {
     read_list(problem, presence, errors);
-    for (body, said) in problem.bodies.values().enumerate() {
-        if !matches!(said.shape, Shape::Pipette { .. }) {
-            surface(problem, names, body, errors);
-        }
+    for body in 0..problem.bodies.len() {
+        rigid(problem, names, body, errors);
     }
 }
 
@@ -64,7 +65,8 @@ pub fn walk<'a>(
     errors: &mut Vec<Diagnostic>,
 ) -> Option<Walk<'a>> {
     names.initial_values(errors);
-    let List { first, segments, joints, last, last_at, absent } = read_list(problem, presence, errors)?;
+    let list = read_list(problem, presence, errors)?;
+    let List { first, segments, joints, last, last_at, .. } = &list;
     let pointer = |i: usize| format!("/meridian/{i}");
     let before = errors.len();
     let mirror = match (first, last) {
@@ -79,38 +81,21 @@ pub fn walk<'a>(
         }
     };
     let images = if mirror.is_some() { 2.0 } else { 1.0 };
+    let bodies: Vec<Option<Rigid>> = (0..problem.bodies.len()).map(|b| rigid(problem, &names, b, errors)).collect();
 
     // What holds each segment, and on which side it is met.
     let count = segments.len();
     let mut kinds: Vec<Kind> = vec![];
     for (i, s) in segments.iter().enumerate() {
-        let Some((body, part)) = &s.body else {
+        let Some((body, face)) = s.body else {
             kinds.push(Kind::Free);
             continue;
         };
-        let (body_name, said) = problem.bodies.get_index(*body)?;
-        if part.is_some() {
-            if let Some(radius) = tube_radius(problem, &names, initial, *body, errors) {
-                kinds.push(Kind::Wall { radius });
-            }
-            continue;
-        }
-        let face = surface(problem, &names, *body, errors).map(|surface| Face {
-            surface,
-            facing: facing(said.facing),
-            rise: 1.0,
-        });
+        let (body_name, _) = problem.bodies.get_index(body)?;
+        let Some(rigid) = &bodies[body] else { continue };
+        let face = &rigid.faces[face].face;
         let at_start = i == 0;
         let at_end = i + 1 == count && mirror.is_none();
-        if !at_start && !at_end {
-            errors.push(
-                Diagnostic::error(
-                    "not-supported",
-                    "contact with this body away from the poles cannot be solved by this version",
-                )
-                .at(pointer(s.at), "not next to a pole"),
-            );
-        }
         if at_start && at_end {
             errors.push(
                 Diagnostic::error("all-contact", "the whole membrane would lie on one body")
@@ -118,7 +103,7 @@ pub fn walk<'a>(
             );
         }
         let wanted = if at_start { Facing::Down } else { Facing::Up };
-        if (at_start != at_end) && face.as_ref().is_some_and(|f| f.facing != wanted) {
+        if at_start != at_end && face.facing != wanted {
             let (word, place) = if at_start { ("Down", "first") } else { ("Up", "last") };
             errors.push(
                 Diagnostic::error(
@@ -129,21 +114,13 @@ pub fn walk<'a>(
                 .at(pointer(s.at), "met here"),
             );
         }
-        kinds.extend(face.map(Kind::Contact));
+        kinds.push(Kind::Contact(face.clone()));
     }
-    // Edges, with the material place at which each touches the initial sphere.
-    let mut edges: Vec<Option<Edge>> = vec![];
-    for joint in &joints {
-        let JointKind::Kink(_, body, _) = joint.kind else {
-            edges.push(None);
-            continue;
-        };
-        let facing = facing(problem.bodies[body].facing);
-        let radius = tube_radius(problem, &names, initial, body, errors)?;
-        let sine = (radius / initial.radius).asin();
-        let phi = if facing == Facing::Down { sine } else { PI - sine };
-        edges.push(Some(Edge { body, facing, radius, phi }));
+    if errors.len() > before {
+        return None;
     }
+    // The material places at which edges and contacts touch the initial sphere.
+    let touches = touches(problem, &list, &bodies, mirror.is_some(), initial.radius, errors)?;
     if errors.len() > before {
         return None;
     }
@@ -171,19 +148,19 @@ pub fn walk<'a>(
     let mut globals: Vec<String> = vec![];
     let mut initial_globals: Vec<f64> = vec![];
     let mut ledger = Ledger::default();
-    for s in &segments {
+    for (s, kind) in segments.iter().zip(&kinds) {
         let origin = format!("segment {}", s.name);
-        let states: &[&str] = match &s.body {
-            None => &["u", "h", "tau", "lambda"],
-            Some((_, None)) => &["u", "lambda"],
-            Some(_) => &["h", "lambda"],
+        let states: &[&str] = match kind {
+            Kind::Free => &["u", "h", "tau", "lambda"],
+            Kind::Contact(face) if matches!(face.surface, Surface::Cylinder(_)) => &["h", "lambda"],
+            Kind::Contact(_) => &["u", "lambda"],
         };
         for state in states {
             ledger.unknown(format!("{}: {state}", s.name), format!("state of {}", s.name), origin.clone());
         }
     }
     let mut joint_names = vec![];
-    for (i, (pair, joint)) in segments.windows(2).zip(&joints).enumerate() {
+    for (i, (pair, joint)) in segments.windows(2).zip(joints).enumerate() {
         let (name, origin) = match &joint.kind {
             JointKind::Smooth => (format!("{}/{}", pair[0].name, pair[1].name), "joint (Smooth)"),
             JointKind::Kink(name, ..) => ((*name).to_owned(), "joint (Kink)"),
@@ -192,15 +169,20 @@ pub fn walk<'a>(
         };
         ledger.unknown(format!("place of {name}"), "where two segments meet".into(), origin.into());
         globals.push(format!("place of {name}"));
-        let start = edges[i].as_ref().map(|e| (0.5 * e.phi).tan().ln());
-        // A joint that touches nothing starts at the equator.
-        initial_globals.push(start.unwrap_or(0.0));
+        let start = (0.5 * touches.joint(i)).tan().ln();
+        // At a pole the size of a first contact says more.
+        initial_globals.push(if start.abs() < 30.0 { start } else { 0.0 });
         if !matches!(joint.kind, JointKind::Smooth) {
             // An adhesive edge pulls at the body that its contact lies on.
             let lies_on = pair[0].body.as_ref().or(pair[1].body.as_ref()).map(|b| b.0);
             let adheres = matches!(joint.kind, JointKind::Adhesive(_));
-            let body = if adheres { lies_on } else { edges[i].as_ref().map(|e| e.body) };
-            joint_names.push(JointName { name, body, before: i, after: i + 1 });
+            let body = match joint.kind {
+                JointKind::Kink(_, body, ..) => Some(body),
+                _ if adheres => lies_on,
+                _ => None,
+            };
+            let behind = touches.edges[i].map_or(0.0, |t| t.drop);
+            joint_names.push(JointName { name, body, behind, before: i, after: i + 1 });
         }
     }
     let mut piece_names = vec![];
@@ -212,7 +194,8 @@ pub fn walk<'a>(
             initial_globals.push(0.0);
             globals.len() - 1
         });
-        piece_names.push(PieceName { name: s.name.clone(), body: s.body.as_ref().map(|b| b.0), h0 });
+        let (part, chain) = s.part;
+        piece_names.push(PieceName { name: s.name.clone(), body: s.body.map(|b| b.0), element: s.at, part, chain, h0 });
     }
     if problem.fluid.is_some() {
         names.fluid_pressure = Some(globals.len());
@@ -239,8 +222,8 @@ pub fn walk<'a>(
             Kind::Contact(face) => (2.0, face.tip_inclination()),
             _ => (1.0, 0.0),
         };
-        let tip = inclination > FLAT;
-        let length = tip_length(&initial.law, inclination);
+        let tip = inclination.abs() > FLAT;
+        let length = tip_length(&initial.law, inclination.abs());
         let coordinate = match (from, to) {
             (Place::Pole, Place::Pole) => Coordinate::PoleToPole,
             (Place::Pole, _) if tip => Coordinate::FromTip(length),
@@ -249,10 +232,15 @@ pub fn walk<'a>(
             (_, Place::Pole) => Coordinate::ToPole(order),
             _ => Coordinate::Between,
         };
-        // Behind a wall stands what stands outside the free segment that it continues smoothly.
+        // Behind a contact between two other segments stands what stands outside the free one that it continues smoothly.
         let behind = match (kind, i.checked_sub(1)) {
-            (Kind::Wall { .. }, Some(j)) if matches!(joints[j].kind, JointKind::Smooth) => &segments[j],
-            (Kind::Wall { .. }, _) if i + 1 < count => &segments[i + 1],
+            (Kind::Contact(_), Some(j)) if i + 1 < count || mirror.is_some() => {
+                if matches!(joints[j].kind, JointKind::Smooth) || i + 1 == count {
+                    &segments[j]
+                } else {
+                    &segments[i + 1]
+                }
+            }
             _ => s,
         };
         let outside = behind
@@ -274,9 +262,9 @@ pub fn walk<'a>(
             repulsion: None,
         });
     }
-    let mut names = names.with_pieces(piece_names, joint_names, absent, pieces.clone(), images);
-    let middle = axial_place(problem, &names, initial, &segments, &kinds, &edges, mirror, &mut initial_globals, errors);
-    names.extent = Some((middle - initial.radius, middle + initial.radius));
+    let mut names = names.with_pieces(piece_names, joint_names, list.absent.clone(), pieces.clone(), images);
+    let middle = axial_place(problem, &names, initial, &list, &touches, mirror, &mut initial_globals, errors);
+    names.standing = Some(Standing { middle, joints: (0..count - 1).map(|i| touches.joint(i)).collect() });
     super::tractions::apply(problem, &mut names, &mut pieces, errors);
     names.set_shapes(&pieces);
     let mut system = System::new(initial.reference.clone(), initial.law.clone(), pieces, globals.len());
@@ -289,10 +277,23 @@ pub fn walk<'a>(
             Some(before) => {
                 let at = pointer(joints[before].at);
                 match &joints[before].kind {
-                    JointKind::Smooth => conditions.smooth(before),
-                    JointKind::Kink(name, body, law) => {
-                        let edge = edges[before].as_ref().expect("a kink has an edge");
-                        conditions.kink(before, name, *body, edge, law, &at);
+                    JointKind::Smooth => match (segments[before].body, segments[before + 1].body) {
+                        (Some((one, a)), Some((other, b))) => {
+                            let rigid = bodies[one].as_ref().filter(|_| one == other);
+                            conditions.seam(before, rigid, [a, b], &at);
+                        }
+                        _ => conditions.smooth(before),
+                    },
+                    JointKind::Kink(name, body, edge, law) => {
+                        let sides = [before, before + 1].map(|i| segments[i].body);
+                        let rigid = bodies[*body].as_ref()?;
+                        let phi = touches.joint(before);
+                        conditions.kink(
+                            before,
+                            &Bend { name, body: *body, edge: &rigid.edges[*edge], sides, phi },
+                            law,
+                            &at,
+                        );
                     }
                     JointKind::Adhesive(energy) => {
                         let free_first = segments[before].body.is_none();
@@ -305,33 +306,28 @@ pub fn walk<'a>(
         if i + 1 == count {
             match mirror {
                 None => conditions.pole(i, Side::End),
-                Some(h) => conditions.mirror(i, h, &format!("{}/Mirror/h", pointer(last_at))),
+                Some(h) => conditions.mirror(i, h, &format!("{}/Mirror/h", pointer(*last_at))),
             }
         }
     }
-    let mut bodies: Vec<Body> = vec![];
+    let mut standing: Vec<Body> = vec![];
+    for ((name, _), rigid) in problem.bodies.iter().zip(&bodies) {
+        let h = names.build(&system, false, |b, _| Ok(b.constant(0.0)))?;
+        standing.push(Body { name: name.clone(), rigid: rigid.clone()?, h, pieces: vec![] });
+    }
     let mut heights = vec![];
-    for (i, (s, kind)) in segments.iter().zip(&kinds).enumerate() {
+    for (i, s) in segments.iter().enumerate() {
         heights.push(names.build(&system, false, |b, x| x.h(b, i, Side::Start))?);
-        let (Some((body, _)), Kind::Contact(face)) = (&s.body, kind) else { continue };
-        let (name, _) = problem.bodies.get_index(*body)?;
-        match bodies.iter_mut().find(|b| &b.name == name) {
-            Some(b) => b.pieces.push(i),
-            None => {
-                let zero = names.build(&system, false, |b, _| Ok(b.constant(0.0)))?;
-                bodies.push(Body { name: name.clone(), face: face.clone(), h: zero, pieces: vec![i] });
-            }
+        if let Some((body, _)) = s.body {
+            standing[body].pieces.push(i);
         }
     }
-    let mut edge_list = vec![];
-    for (i, (joint, edge)) in joints.iter().zip(&edges).enumerate() {
-        if let (JointKind::Kink(name, ..), Some(edge)) = (&joint.kind, edge) {
-            edge_list.push(super::Edge {
-                name: (*name).to_owned(),
-                before: i,
-                radius: edge.radius,
-                facing: edge.facing,
-            });
+    let mut edges = vec![];
+    for (i, joint) in joints.iter().enumerate() {
+        if let JointKind::Kink(name, body, edge, _) = joint.kind {
+            let rigid = bodies[body].as_ref()?;
+            let faces = rigid.into_solid(&rigid.edges[edge]);
+            edges.push(super::Edge { name: name.to_owned(), before: i, faces });
         }
     }
     let initial = Initial { middle, ..initial.clone() };
@@ -342,8 +338,8 @@ pub fn walk<'a>(
         ledger,
         globals,
         initial_globals,
-        bodies,
-        edges: edge_list,
+        bodies: standing,
+        edges,
         adhesions,
         images,
         heights,

@@ -176,6 +176,33 @@ impl Names<'_> {
         Some((tape, variables?))
     }
 
+    /// Numbers, each with its place, as the outputs of one tape over one variable; parameters are constants.
+    pub fn curve(
+        &self,
+        variable: &'static str,
+        numbers: &[(&Number, String)],
+        errors: &mut Vec<Diagnostic>,
+    ) -> Option<Tape> {
+        let mut binder = Binder::new(self, Level::Constant, false);
+        binder.variable = Some(variable);
+        let mut builder = Builder::new();
+        let before = errors.len();
+        for (number, pointer) in numbers {
+            let text = match number {
+                Number::Value(v) => format!("{v}"),
+                Number::Formula(text) => text.clone(),
+            };
+            let Some(parsed) = parsed(&text, pointer, errors) else { continue };
+            match builder.add(&parsed, &mut binder) {
+                Ok(node) => {
+                    builder.output(node);
+                }
+                Err(e) => errors.extend(formula_errors(pointer, e)),
+            }
+        }
+        (errors.len() == before).then(|| builder.finish())
+    }
+
     /// Texts, each with its place, as the outputs of one tape, and what its inputs are.
     fn tape(
         &mut self,

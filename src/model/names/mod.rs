@@ -20,8 +20,7 @@ use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 
 /// Fields of the local state, which a formula without a place cannot use.
-const LOCAL: [&str; 15] =
-    ["S", "phi", "t", "rho0", "h0", "u", "h", "lambda", "mu", "tau", "w", "w_l", "w_m", "p_c", "d"];
+const LOCAL: [&str; 14] = ["S", "phi", "t", "rho0", "h0", "u", "h", "lambda", "mu", "tau", "w", "w_l", "w_m", "p_c"];
 
 /// A piece of the meridian as formulas see it.
 #[derive(Clone, Debug)]
@@ -30,6 +29,12 @@ pub struct PieceName {
     pub name: String,
     /// The body it lies on, as an index into the bodies of the file.
     pub body: Option<usize>,
+    /// The element of the meridian that it is, or is a part of.
+    pub element: usize,
+    /// Which of the faces that meet smoothly it lies on.
+    pub part: usize,
+    /// How many they are.
+    pub chain: usize,
     /// The global that is the axial position of its start; nothing on a face, and where h is a state.
     pub h0: Option<usize>,
 }
@@ -41,10 +46,21 @@ pub struct JointName {
     pub name: String,
     /// The body whose edge it is, as an index into the bodies of the file.
     pub body: Option<usize>,
+    /// Its position below the foremost point of that body on the axis.
+    pub behind: f64,
     /// The piece before it.
     pub before: usize,
     /// The piece after it.
     pub after: usize,
+}
+
+/// Where the initial sphere stands, and what touches it.
+#[derive(Clone, Debug)]
+pub struct Standing {
+    /// Axial position of its middle.
+    pub middle: f64,
+    /// The material angle at which each joint starts.
+    pub joints: Vec<f64>,
 }
 
 /// Everything that has a name.
@@ -68,8 +84,8 @@ pub struct Names<'a> {
     pub absent: Vec<String>,
     /// 2 where the model is half of the membrane.
     pub images: f64,
-    /// Axial positions of the top and bottom of the initial membrane, once they are known.
-    pub extent: Option<(f64, f64)>,
+    /// The initial membrane, once it is known where it stands.
+    pub standing: Option<Standing>,
     shapes: Vec<Piece>,
     /// The unknowns that conditions depend on.
     pub used: HashSet<String>,
@@ -103,7 +119,7 @@ impl<'a> Names<'a> {
             joints: vec![],
             absent: vec![],
             images: 1.0,
-            extent: None,
+            standing: None,
             shapes: vec![],
             used: HashSet::new(),
             touched: RefCell::default(),
@@ -192,9 +208,15 @@ impl<'a> Names<'a> {
         self.shapes = pieces.to_vec();
     }
 
-    /// The pieces themselves.
-    pub fn shapes(&self) -> &[Piece] {
-        &self.shapes
+    /// Axial positions of the top and bottom of the initial membrane, once it is known where it stands.
+    pub fn extent(&self) -> Option<(f64, f64)> {
+        let (initial, standing) = (self.initial.as_ref()?, self.standing.as_ref()?);
+        Some((standing.middle - initial.radius, standing.middle + initial.radius))
+    }
+
+    /// True where a body of the file faces down.
+    pub fn faces_down(&self, body: usize) -> bool {
+        self.problem.bodies[body].facing == crate::spec::Facing::Down
     }
 
     /// Parameters as they are reported.

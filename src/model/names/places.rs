@@ -5,7 +5,7 @@ use super::{JointName, Level, Names};
 use crate::expr::{Builder, ExprError, Function, Node, nearest};
 use crate::physics::surface::Facing;
 use crate::spec::Traction;
-use crate::system::{Coordinate, Field, Kind, Probe, Side};
+use crate::system::{Coordinate, Field, Kind, LOADS_AT, Probe, Side};
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -70,7 +70,7 @@ impl Binder<'_, '_> {
         }
         // Other tractions press the membrane on the body as well.
         let own = shape.repulsion.as_ref().map(|_| shape.repulsion_at());
-        for q in (2..2 + shape.loads.len()).chain(own) {
+        for q in (LOADS_AT..LOADS_AT + shape.loads.len()).chain(own) {
             let other = self.probe(builder, Probe::Reported(piece, q));
             total = builder.sub(total, other);
         }
@@ -96,12 +96,22 @@ impl Binder<'_, '_> {
         builder.mul(node, images)
     }
 
-    /// Sums over pieces: `energy`, `area`, `volume`.
+    /// Sums over pieces: `energy`, `area`, `length`, `reference_area`, `volume`.
     fn over(&mut self, builder: &mut Builder, pieces: &[usize], what: &str) -> Option<Node> {
         let kind = |names: &Names, s: usize| names.shapes[s].kind.coupled() > 0;
         Some(match what {
             "energy" => self.sum_of(builder, pieces, |_, s| Probe::Reported(s, 0)),
             "area" => self.sum_of(builder, pieces, |_, s| Probe::Reported(s, 1)),
+            "length" => {
+                self.sum_of(
+                    builder,
+                    pieces,
+                    |names, s| {
+                        if kind(names, s) { Probe::Reported(s, 2) } else { Probe::FaceLength(s) }
+                    },
+                )
+            }
+            "reference_area" => self.sum_of(builder, pieces, |_, s| Probe::Reported(s, 3)),
             "volume" => self.sum_of(builder, pieces, |names, s| {
                 if kind(names, s) { Probe::Quadrature(s, 1) } else { Probe::SweptVolume(s) }
             }),
@@ -123,11 +133,11 @@ impl Binder<'_, '_> {
             "membrane.height" => 2.0 * i.radius,
             "membrane.area" => i.reference.area() * i.stretch * i.stretch,
             "membrane.reference_area" => i.reference.area(),
-            name => match self.names.initial_values.get(name) {
-                Some(v) => *v,
+            name => match self.names.initial_values.get(name).copied().or_else(|| self.initial_place(name)) {
+                Some(v) => v,
                 None => {
                     let help = "p_f, overpressure, lambda, mu, w_l, w_m, membrane.volume, membrane.energy, membrane.height, membrane.area, \
-                                membrane.reference_area, or an unknown";
+                                membrane.reference_area, an unknown, or a place such as membrane.start.h or side.end.phi";
                     return Err(ExprError::new("unknown-name", span, format!("`initial.{name}` is not known"))
                         .help(format!("after `initial.`: {help}"))
                         .into());
@@ -135,6 +145,49 @@ impl Binder<'_, '_> {
             },
         };
         Ok(builder.constant(value))
+    }
+
+    /// The pieces of the contact to which a piece belongs: itself, or all of the faces that meet smoothly where it is the first.
+    fn group(&self, s: usize) -> Vec<usize> {
+        let piece = &self.names.pieces[s];
+        if piece.chain == 1 || piece.part > 0 {
+            return vec![s];
+        }
+        (0..self.names.pieces.len()).filter(|&i| self.names.pieces[i].element == piece.element).collect()
+    }
+
+    /// A field at an end of a segment, or at a joint, of the initial sphere.
+    fn initial_place(&self, name: &str) -> Option<f64> {
+        let (i, standing) = (self.names.initial.as_ref()?, self.names.standing.as_ref()?);
+        let (place, field) = name.rsplit_once('.')?;
+        let last = self.names.pieces.len().checked_sub(1)?;
+        let at = |joint: Option<usize>| joint.map_or(0.0, |j| standing.joints.get(j).copied().unwrap_or(PI));
+        let phi = match place {
+            "membrane.start" => 0.0,
+            "membrane.end" => at(Some(last)),
+            _ => {
+                let segment = place.rsplit_once('.').and_then(|(segment, side)| {
+                    let s = self.names.pieces.iter().position(|p| p.name == segment)?;
+                    match side {
+                        "start" => Some(at(s.checked_sub(1))),
+                        "end" => Some(at(Some(s))),
+                        _ => None,
+                    }
+                });
+                let joint = || self.names.joints.iter().find(|j| j.name == place).map(|j| at(Some(j.before)));
+                segment.or_else(joint)?
+            }
+        };
+        Some(match field {
+            "phi" | "tau" => phi,
+            "S" => phi * i.reference.radius,
+            "rho0" => i.reference.radius * phi.sin(),
+            "u" => i.radius * phi.sin(),
+            "h" => standing.middle - i.radius * phi.cos(),
+            "lambda" | "mu" => i.stretch,
+            "w_l" | "w_m" => i.tension,
+            _ => return None,
+        })
     }
 
     pub(super) fn dotted(&mut self, builder: &mut Builder, name: &str, span: Range<usize>) -> Bound {
@@ -165,7 +218,9 @@ impl Binder<'_, '_> {
             return self.traction(builder, first, traction, rest, span);
         }
         if first == "membrane" {
-            if let Some(node) = self.over(builder, &all, rest) {
+            if rest != "reference_area"
+                && let Some(node) = self.over(builder, &all, rest)
+            {
                 return Ok(self.scaled(builder, node));
             }
             let last = all.len() - 1;
@@ -183,7 +238,8 @@ impl Binder<'_, '_> {
                 }
                 _ => Err(unknown(
                     format!("`{name}` is not known"),
-                    "after `membrane.`: volume, energy, area, reference_area, height, start.h, end.h, max(u)".into(),
+                    "after `membrane.`: volume, energy, area, length, reference_area, height, start.h, end.h, max(u)"
+                        .into(),
                 )),
             };
         }
@@ -196,7 +252,7 @@ impl Binder<'_, '_> {
         if let Some(rest) = self.names.absent.iter().find_map(|a| after(a)) {
             // Sums over what is absent are zero; a limit there does not exist.
             return Ok(match rest.as_str() {
-                "energy" | "area" | "volume" | "force" => builder.constant(0.0),
+                "energy" | "area" | "length" | "reference_area" | "volume" | "force" => builder.constant(0.0),
                 _ => self.probe(builder, Probe::Absent),
             });
         }
@@ -220,9 +276,12 @@ impl Binder<'_, '_> {
                         ));
                     }
                 };
+                // A contact along several faces ends where the last of them does.
+                let group = self.group(s);
+                let s = if side == Side::Start { group[0] } else { group[group.len() - 1] };
                 return self.limit(builder, s, side, field, span);
             }
-            if let Some(node) = self.over(builder, &[s], rest) {
+            if let Some(node) = self.over(builder, &self.group(s), rest) {
                 return Ok(node);
             }
         }
@@ -245,7 +304,7 @@ impl Binder<'_, '_> {
             if repels {
                 return piece.repulsion.as_ref().map(|_| piece.repulsion_at());
             }
-            piece.loads.iter().position(|load| load.name == name).map(|i| 2 + i)
+            piece.loads.iter().position(|load| load.name == name).map(|i| LOADS_AT + i)
         };
         let sum = |binder: &mut Self, builder: &mut Builder, further: usize| {
             let on: Vec<usize> = all.iter().copied().filter(|&s| place(binder.names, s).is_some()).collect();
@@ -317,11 +376,15 @@ impl Binder<'_, '_> {
         }
         match (rest, joint.body) {
             ("phi" | "S" | "rho0" | "u", _) => self.limit(builder, joint.after, Side::Start, rest, span),
-            ("h", Some(body)) => self.body_h(builder, body),
+            ("h", Some(body)) => {
+                let apex = self.body_h(builder, body)?;
+                let behind = builder.constant(joint.behind);
+                Ok(builder.sum(apex, behind))
+            }
             ("h", None) => self.limit(builder, joint.after, Side::Start, "h", span),
             ("force", Some(body)) => {
                 // Axial pull of the edge on the membrane, away from its body: each side with its own tension.
-                let down = self.names.problem.bodies[body].facing == crate::spec::Facing::Down;
+                let down = self.names.faces_down(body);
                 let mut total = builder.constant(0.0);
                 for (piece, side, sign) in [(joint.before, Side::End, 1.0), (joint.after, Side::Start, -1.0)] {
                     let parts = [Field::Rho0, Field::TensionL].map(|f| self.end(builder, piece, side, f));

@@ -17,6 +17,8 @@ pub struct Binder<'n, 'a> {
     pub(super) condition: bool,
     /// True where fields of the local state have a meaning.
     pub(super) here: bool,
+    /// The one name that is an input.
+    pub(super) variable: Option<&'static str>,
     pub(super) probes: Vec<Probe>,
     nodes: HashMap<String, Node>,
     stack: Vec<String>,
@@ -27,7 +29,16 @@ pub(super) type Bound = Result<Node, Vec<ExprError>>;
 
 impl<'n, 'a> Binder<'n, 'a> {
     pub(super) fn new(names: &'n Names<'a>, level: Level, condition: bool) -> Self {
-        Binder { names, level, condition, here: false, probes: vec![], nodes: HashMap::new(), stack: vec![] }
+        Binder {
+            names,
+            level,
+            condition,
+            here: false,
+            variable: None,
+            probes: vec![],
+            nodes: HashMap::new(),
+            stack: vec![],
+        }
     }
 
     /// The node of a probe.
@@ -73,6 +84,9 @@ impl Scope for Binder<'_, '_> {
     fn name(&mut self, builder: &mut Builder, name: &str, span: Range<usize>) -> Bound {
         if let Some(node) = self.nodes.get(name) {
             return Ok(*node);
+        }
+        if self.variable == Some(name) {
+            return Ok(builder.input(0));
         }
         if name.contains('.') {
             return self.dotted(builder, name, span);
