@@ -25,10 +25,7 @@ pub fn set(
     };
     let refuse = |d: Diagnostic| Err((Box::new(document.clone()) as Box<dyn crate::diagnostic::Locate>, vec![d]));
     if let Some(old) = problem.parameters.get(key) {
-        let unit = match old {
-            Number::Value(_) => None,
-            Number::Formula(text) => written_unit(text),
-        };
+        let unit = written_unit(old);
         let parsed = match expr::parse(value) {
             Ok(parsed) => parsed,
             Err(e) => {
@@ -69,10 +66,18 @@ pub(super) fn unknown(problem: &Problem, key: &str, by: &str, asked: &str) -> Di
     d.help(format!("parameters: {}", parameters.join(", "))).help(format!("top-level keys: {}", ROOT_KEYS.join(", ")))
 }
 
-/// The unit in which a parameter is written, if it is written as a number with a unit.
-pub(super) fn written_unit(text: &str) -> Option<String> {
-    let parsed = expr::parse(text).ok()?;
-    parsed.literal().and_then(|(_, unit)| unit.map(|u| u.text.clone()))
+/// The unit in which a parameter is written, if it is written with one.
+fn written_unit(number: &Number) -> Option<String> {
+    let parsed = expr::parse(number.formula()?).ok()?;
+    parsed.units().first().map(|unit| unit.text.clone())
+}
+
+/// A value in the unit in which a parameter is written.
+pub fn in_unit_of(parameter: &Number, value: f64) -> Number {
+    match written_unit(parameter) {
+        Some(unit) => Number::Formula(format!("{value}[{unit}]")),
+        None => Number::Value(value),
+    }
 }
 
 /// The top-level keys that can be set.
