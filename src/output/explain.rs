@@ -3,6 +3,7 @@
 use crate::model::{Change, Entry, Model, Steps, When};
 use crate::number::plain;
 use crate::spec::{Number, Problem, convert};
+use crate::sweep::Plan;
 use crate::system::{Coordinate, Kind, Place};
 use comfy_table::{Table, presets};
 use ron::ser::PrettyConfig;
@@ -21,8 +22,8 @@ contact:  tau and h follow from u on the face; the contact pressure carries the 
 ```
 ";
 
-/// The explanation of a problem.
-pub fn explain(problem: &Problem, model: &Model) -> String {
+/// The explanation of a problem and, if it has one, its sweep.
+pub fn explain(problem: &Problem, model: &Model, plan: Option<&Plan>) -> String {
     let mut text = format!("# {}\n", model.title.trim());
     if let Some(about) = &problem.about {
         let _ = write!(text, "\n{}\n", about.trim());
@@ -57,6 +58,12 @@ pub fn explain(problem: &Problem, model: &Model) -> String {
         next(model, change, &mut text);
     }
     branch(problem, model, &mut text);
+    if let Some(plan) = plan {
+        let _ = writeln!(text, "\n## Sweep\n\nAll this for each of {} cases, with other values of:", plan.cases());
+        for name in plan.names() {
+            let _ = writeln!(text, "* `{name}`");
+        }
+    }
     text
 }
 
