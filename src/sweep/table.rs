@@ -6,6 +6,7 @@ use crate::model::Model;
 use crate::number::{known, plain, small};
 use crate::run::Request;
 use serde_json::{Map, Value};
+use std::collections::HashMap;
 use std::fmt::Write;
 
 /// Columns of characters that a line may take.
@@ -88,11 +89,16 @@ impl Table {
         if !rows.verdict.is_complete() {
             self.unsolved.push(rows.case);
         }
+        let mut typical: HashMap<&str, f64> = HashMap::new();
+        for (state, name) in rows.states.iter().flat_map(|s| s.error.keys().map(move |name| (s, name))) {
+            let largest = typical.entry(name).or_default();
+            *largest = largest.max(number(state, name).map_or(0.0, |n| n.0.abs()));
+        }
         for state in &rows.states {
             for name in state.error.keys() {
-                // What rounding leaves of a number that vanishes is measured against one.
+                // What rounding leaves of a number is no error, and one that vanishes is measured against its other values.
                 let Some((value, error)) = number(state, name).filter(|n| n.1 > 1e-13) else { continue };
-                let relative = error / value.abs();
+                let relative = error / value.abs().max(1e-3 * typical[name.as_str()]);
                 if self.worst.as_ref().is_none_or(|w| relative > w.0) {
                     self.worst = Some((relative, name.clone(), rows.case));
                 }
