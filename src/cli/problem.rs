@@ -1,7 +1,7 @@
 //! From a file, `--set` and `--sweep` to a model, with everything that is wrong on the way; `--at`.
 
 use super::{Exit, Input, Language, complain};
-use membrane::diagnostic::{Diagnostic, Locate, Place, suggest};
+use membrane::diagnostic::{Complaints, Diagnostic, Locate, Place, suggest};
 use membrane::expr;
 use membrane::model::{self, Ledger, Model};
 use membrane::run::Request;
@@ -12,13 +12,13 @@ use membrane::sweep::{self, Plan};
 #[derive(Default)]
 pub struct Refusals {
     /// The complaints.
-    pub list: Vec<(Box<dyn Locate>, Vec<Diagnostic>)>,
+    pub list: Vec<Complaints>,
     /// Unknowns and conditions, where they could be counted.
     pub ledger: Ledger,
 }
 
-impl From<Vec<(Box<dyn Locate>, Vec<Diagnostic>)>> for Refusals {
-    fn from(list: Vec<(Box<dyn Locate>, Vec<Diagnostic>)>) -> Refusals {
+impl From<Vec<Complaints>> for Refusals {
+    fn from(list: Vec<Complaints>) -> Refusals {
         Refusals { list, ledger: Ledger::default() }
     }
 }

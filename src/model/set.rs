@@ -1,7 +1,7 @@
 //! `--set KEY=VALUE`: a change of the file before it is understood.
 
 use super::token;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Complaints, Diagnostic, Locate};
 use crate::expr::{self, nearest};
 use crate::spec::{Document, Number, Problem, Source, Syntax};
 
@@ -11,19 +11,15 @@ use crate::spec::{Document, Number, Problem, Source, Syntax};
 /// # Errors
 /// An unknown key, with the list of those that exist; a value that cannot be read; what the file is missing with it. The
 /// document returned with them can show their places.
-pub fn set(
-    document: &Document,
-    key: &str,
-    value: &str,
-) -> Result<Document, (Box<dyn crate::diagnostic::Locate>, Vec<Diagnostic>)> {
+pub fn set(document: &Document, key: &str, value: &str) -> Result<Document, Complaints> {
     let problem = &document.problem;
     let name = format!("--set {key}");
     let source = |text: String| Source { name: name.clone(), text, syntax: Syntax::Ron };
     let rejected = |r: Box<crate::spec::Rejected>| {
         let diagnostics = r.diagnostics.clone();
-        (r as Box<dyn crate::diagnostic::Locate>, diagnostics)
+        (r as Box<dyn Locate>, diagnostics)
     };
-    let refuse = |d: Diagnostic| Err((Box::new(document.clone()) as Box<dyn crate::diagnostic::Locate>, vec![d]));
+    let refuse = |d: Diagnostic| Err((Box::new(document.clone()) as Box<dyn Locate>, vec![d]));
     if let Some(old) = problem.parameters.get(key) {
         let unit = written_unit(old);
         let parsed = match expr::parse(value) {

@@ -60,10 +60,10 @@ pub fn write(path: &Path, text: &str) -> io::Result<()> {
     write_with(path, |file| file.write_all(text.as_bytes()))
 }
 
-/// The same for what is written piece by piece.
+/// Writes one file piece by piece, replacing one of the same name when it is complete.
 ///
 /// # Errors
-/// As [`write`], and those of `write`.
+/// What goes wrong, the errors of `write` among it; no half file is left then.
 pub fn write_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let mut pending = Pending::default();
     pending.write(path.to_owned(), write)?;

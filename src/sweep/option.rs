@@ -1,6 +1,6 @@
 //! `--sweep NAME=VALUES`.
 
-use crate::diagnostic::{Diagnostic, Locate, Place};
+use crate::diagnostic::{Complaints, Diagnostic, Locate, Place};
 use crate::spec::{Document, Origin, Source, Syntax};
 use std::ops::Range;
 
@@ -12,11 +12,8 @@ const SYNTAX: &str =
 ///
 /// # Errors
 /// What cannot be read; what is returned with it can show the places.
-pub fn option(
-    document: &Document,
-    options: &[(String, String)],
-) -> Result<Document, Vec<(Box<dyn Locate>, Vec<Diagnostic>)>> {
-    let (mut axes, mut refused): (Vec<String>, Vec<(Box<dyn Locate>, Vec<Diagnostic>)>) = (vec![], vec![]);
+pub fn option(document: &Document, options: &[(String, String)]) -> Result<Document, Vec<Complaints>> {
+    let (mut axes, mut refused): (Vec<String>, Vec<Complaints>) = (vec![], vec![]);
     for (i, (name, values)) in options.iter().enumerate() {
         let text = format!("{name}={values}");
         let read = match options[..i].iter().any(|(before, _)| before == name) {
