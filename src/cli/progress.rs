@@ -29,7 +29,9 @@ impl Progress {
         let bar = self.bar.get_or_insert_with(|| {
             let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr());
             let style = ProgressStyle::with_template(&format!("{{bar:40}} {{pos}} of {}", self.what));
-            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())).with_elapsed(self.begun.elapsed())
+            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+                .with_elapsed(self.begun.elapsed())
+                .with_position(done as u64) // what was there before says nothing about the time to go
         });
         bar.set_length(total as u64);
         bar.set_position(done as u64);

@@ -100,40 +100,41 @@ pub fn each<T: Send>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::{Duration, Instant};
 
     fn pool(threads: usize) -> rayon::ThreadPool {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
     }
 
-    /// The pieces that are handed over, with the most that was begun ahead of them.
-    fn handed(threads: usize, order: Order) -> (Vec<usize>, usize) {
-        let (mut list, begun, ahead) = (vec![], AtomicUsize::new(0), AtomicUsize::new(0));
-        let taken = AtomicUsize::new(0);
+    /// The pieces in the order in which they are handed over, and the last one begun before the first was done, which waits until
+    /// that is `until`.
+    fn handed(order: Order, until: usize) -> (Vec<usize>, usize) {
+        let (mut list, last, seen) = (vec![], AtomicUsize::new(0), AtomicUsize::new(0));
         let work = |i: usize| {
-            begun.fetch_max(i, Ordering::SeqCst);
-            ahead.fetch_max(i - taken.load(Ordering::SeqCst).min(i), Ordering::SeqCst);
+            last.fetch_max(i, Ordering::SeqCst);
             if i == 0 {
-                std::thread::sleep(std::time::Duration::from_millis(50));
+                let begin = Instant::now();
+                while last.load(Ordering::SeqCst) < until && begin.elapsed() < Duration::from_secs(60) {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                std::thread::sleep(Duration::from_millis(20)); // for others that should not begin, but would
+                seen.store(last.load(Ordering::SeqCst), Ordering::SeqCst);
             }
             Some(i)
         };
-        each(&pool(threads), 1000, order, &work, &mut |i| {
+        each(&pool(4), 1000, order, &work, &mut |i| {
             list.push(i);
-            taken.fetch_add(1, Ordering::SeqCst);
             ControlFlow::Continue(())
         });
-        (list, ahead.into_inner())
+        (list, seen.into_inner())
     }
 
     #[test]
     fn order_is_kept_and_little_waits() {
         let all: Vec<usize> = (0..1000).collect();
-        let (list, ahead) = handed(4, Order::Kept(10));
-        assert_eq!(list, all);
-        assert!(ahead <= 10, "{ahead}");
-        let (mut free, ahead) = handed(4, Order::Free);
-        assert!(ahead > 10, "nobody waits for the slow one: {ahead}");
-        assert_ne!(free, all);
+        assert_eq!(handed(Order::Kept(10), 9), (all.clone(), 9));
+        let (mut free, last) = handed(Order::Free, 999);
+        assert!(last == 999 && free[0] != 0, "nobody waits for the slow one: {last}, {}", free[0]);
         free.sort_unstable();
         assert_eq!(free, all);
     }
