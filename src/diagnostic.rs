@@ -123,6 +123,9 @@ pub trait Locate {
     fn file(&self) -> &str;
 }
 
+/// Complaints with the texts that they are about.
+pub type Complaints = (Box<dyn Locate>, Vec<Diagnostic>);
+
 /// Line and column of a byte offset, both from 1, the column in characters.
 pub fn line_column(text: &str, offset: usize) -> (usize, usize) {
     let offset = text.floor_char_boundary(offset);

@@ -12,4 +12,5 @@ pub mod run;
 pub mod scalar;
 pub mod solution;
 pub mod spec;
+pub mod sweep;
 pub mod system;

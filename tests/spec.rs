@@ -108,7 +108,7 @@ Problem(
         End(conditions: { "free": "w_l = 0" }), Free(name: "a"), Smooth, Contact(on: "bowl", law: NoSlip, name: "b"),
         Kink(at: "tool.rim", law: Capstan(friction: 0.1)), Free(name: "c"), Kink(at: "tool.rim", law: StuckAt("phi = 1")),
     ],
-    sweep: Cases([{ "a": 1 }, { "a": 2, "b": 3 }]),
+    sweep: Cases([{ "a": 1 }, { "material": Skalak(shear_modulus: "a", area_ratio: 1), "a": 2, "b": "3[deg]" }, {}]),
     outputs: {}, accuracy: 1e-8,
     figures: { "f": Response(x: "a", y: ["b"], scale: LogLog, sweep: Grid({ "a": Log(from: 1, to: 10, count: 3) })) },
     expect: [(values: { "a": 1 }, relative: 0.1, source: "none", refuted: "wrong")],

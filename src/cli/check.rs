@@ -1,11 +1,13 @@
 //! `membrane check`.
 
+use super::problem::Understood;
 use super::{Exit, Format, Input, complain, print, problem};
 use membrane::diagnostic::{Diagnostic, Severity};
 use membrane::model::Ledger;
 use membrane::output::document::{self, Finding};
 use membrane::run::{Rank, rank};
 use membrane::spec::schema;
+use membrane::sweep::Plan;
 use std::fmt::Write;
 
 /// Arguments.
@@ -26,7 +28,7 @@ pub fn check(options: &Options) -> Exit {
     let (mut findings, mut text, mut exit) = (vec![], String::new(), Exit::Done);
     for file in &options.files {
         match problem::understand(file, &options.input) {
-            Ok((document, model)) => {
+            Ok(Understood { document, model, plan }) => {
                 let rank = rank(&model);
                 let verdict = verdict(&rank);
                 let (unknowns, conditions) = (model.ledger.unknowns.len(), model.ledger.conditions.len());
@@ -39,13 +41,16 @@ pub fn check(options: &Options) -> Exit {
                         .help(said)
                 });
                 let verdict = judged.or(verdict);
-                let sound = if verdict.is_none() { "ok, " } else { "" };
+                let cases = plan.as_ref().map(Plan::examine).unwrap_or_default();
+                let sound = if verdict.is_none() && cases.is_empty() { "ok, " } else { "" };
                 let independent = if verdict.is_none() { ", independent" } else { "" };
-                let _ = writeln!(text, "{file}: {sound}{counted}{independent}");
+                let swept = plan.map(|plan| format!(", {} cases", plan.cases())).unwrap_or_default();
+                let _ = writeln!(text, "{file}: {sound}{counted}{independent}{swept}");
                 text += &ledger;
                 let mut finding = Finding { file: file.clone(), ledger: model.ledger, rank, ..Finding::default() };
                 let mut diagnostics = model.warnings;
                 diagnostics.extend(verdict);
+                diagnostics.extend(cases);
                 if diagnostics.iter().any(|d| d.severity == Severity::Error) {
                     exit = Exit::Refused;
                 }

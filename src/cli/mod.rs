@@ -6,13 +6,14 @@ mod problem;
 mod progress;
 mod run;
 mod start;
+mod sweep;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use membrane::diagnostic::{self, Diagnostic, Locate};
 use membrane::output::{explain, files};
 use membrane::spec::{Document, Syntax, convert, schema_text};
 use std::io::{self, IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// How a command ends.
@@ -81,6 +82,15 @@ enum Command {
         #[arg(value_name = "OUT")]
         output: String,
     },
+    /// Make one file, sweep.jsonl, of those that several processes with --shard have written.
+    Merge {
+        /// Replace a file that exists.
+        #[arg(long)]
+        overwrite: bool,
+        /// The directory in which they are.
+        #[arg(value_name = "DIR")]
+        directory: PathBuf,
+    },
     /// Write NAME.ron, a problem that runs, with every line explained.
     New {
         /// Name of the file, with or without .ron.
@@ -95,6 +105,10 @@ pub struct Input {
     /// such as r0=2.5 or 'material=MooneyRivlin(c1: 0.5, c2: 0.05)'.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = pair)]
     pub sets: Vec<(String, String)>,
+    /// Repeat the branch for several values of a parameter: a list r0=1.1,1.5,2, or r0=1.1..2:10 (10 values), or
+    /// k=1..100:10:log (equal ratios). Several make a grid. The file's own sweep is replaced.
+    #[arg(long = "sweep", value_name = "NAME=VALUES", value_parser = pair)]
+    pub sweeps: Vec<(String, String)>,
     /// How the file is written, where its extension does not say.
     #[arg(long, value_name = "SYNTAX")]
     pub from: Option<Language>,
@@ -151,14 +165,15 @@ pub fn main() -> ExitCode {
         Command::Run(options) => run::run(&options),
         Command::Check(options) => check::check(&options),
         Command::Explain { input, file } => match problem::understand(&file, &input) {
-            Ok((document, model)) => {
+            Ok(problem::Understood { document, model, plan }) => {
                 complain(&model.warnings, &document);
-                print(&explain::explain(&document.problem, &model), Exit::Done)
+                print(&explain::explain(&document.problem, &model, plan.as_ref()), Exit::Done)
             }
             Err(refusals) => refusals.report(),
         },
         Command::Schema => print(&schema_text(), Exit::Done),
         Command::Convert { from, input, output } => rewrite(&input, from, &output),
+        Command::Merge { overwrite, directory } => sweep::merge(&directory, overwrite),
         Command::New { name } => start::write(&name),
     };
     exit.into()

@@ -1,23 +1,24 @@
-//! From a file and `--set` to a model, with everything that is wrong on the way; `--at`.
+//! From a file, `--set` and `--sweep` to a model, with everything that is wrong on the way; `--at`.
 
 use super::{Exit, Input, Language, complain};
-use membrane::diagnostic::{Diagnostic, Locate, Place, suggest};
-use membrane::expr::{self, Builder};
+use membrane::diagnostic::{Complaints, Diagnostic, Locate, Place, suggest};
+use membrane::expr;
 use membrane::model::{self, Ledger, Model};
 use membrane::run::Request;
 use membrane::spec::{Document, Origin, Source, Syntax};
+use membrane::sweep::{self, Plan};
 
 /// Complaints, each with the texts it is about.
 #[derive(Default)]
 pub struct Refusals {
     /// The complaints.
-    pub list: Vec<(Box<dyn Locate>, Vec<Diagnostic>)>,
+    pub list: Vec<Complaints>,
     /// Unknowns and conditions, where they could be counted.
     pub ledger: Ledger,
 }
 
-impl From<Vec<(Box<dyn Locate>, Vec<Diagnostic>)>> for Refusals {
-    fn from(list: Vec<(Box<dyn Locate>, Vec<Diagnostic>)>) -> Refusals {
+impl From<Vec<Complaints>> for Refusals {
+    fn from(list: Vec<Complaints>) -> Refusals {
         Refusals { list, ledger: Ledger::default() }
     }
 }
@@ -32,8 +33,18 @@ impl Refusals {
     }
 }
 
+/// A problem that was read and is right.
+pub struct Understood {
+    /// With what is set from outside.
+    pub document: Document,
+    /// What it means.
+    pub model: Model,
+    /// The cases of its sweep, if it has one.
+    pub plan: Option<Plan>,
+}
+
 /// Reads a file, applies what is set in its order, and resolves it.
-pub fn understand(file: &str, input: &Input) -> Result<(Document, Model), Refusals> {
+pub fn understand(file: &str, input: &Input) -> Result<Understood, Refusals> {
     let mut document = Document::load(file, input.from.map(Language::syntax)).map_err(|rejected| {
         let diagnostics = rejected.diagnostics.clone();
         Refusals::from(vec![(rejected as Box<dyn Locate>, diagnostics)])
@@ -45,16 +56,28 @@ pub fn understand(file: &str, input: &Input) -> Result<(Document, Model), Refusa
             Err(refusal) => refusals.list.push(refusal),
         }
     }
-    // What could be set is examined also where something else could not.
-    match model::resolve(&document.problem) {
-        Ok(model) if refusals.list.is_empty() => Ok((document, model)),
-        Ok(_) => Err(refusals),
-        Err(refused) => {
-            refusals.list.push((Box::new(document), refused.diagnostics));
-            refusals.ledger = refused.ledger;
-            Err(refusals)
+    if !input.sweeps.is_empty() {
+        match sweep::option(&document, &input.sweeps) {
+            Ok(changed) => document = changed,
+            Err(refused) => refusals.list.extend(refused),
         }
     }
+    // What could be set is examined also where something else could not.
+    let (resolved, plan) = (model::resolve(&document.problem), Plan::new(&document.problem));
+    match (resolved, plan) {
+        (Ok(model), Ok(plan)) if refusals.list.is_empty() => return Ok(Understood { document, model, plan }),
+        (resolved, plan) => {
+            let mut wrong = plan.err().unwrap_or_default();
+            if let Err(refused) = resolved {
+                wrong.extend(refused.diagnostics);
+                refusals.ledger = refused.ledger;
+            }
+            if !wrong.is_empty() {
+                refusals.list.push((Box::new(document), wrong));
+            }
+        }
+    }
+    Err(refusals)
 }
 
 /// The states that are asked for by `--at`.
@@ -63,14 +86,15 @@ pub fn requests(model: &Model, at: &[(String, String)]) -> Result<Vec<Request>, 
     let mut requests = vec![];
     for (name, value) in at {
         let known = name_of_quantity(model, name);
-        let number = constant(value);
+        let number = expr::constant(value);
         // The option as it was written is the text that complaints show.
         let text = format!("{name}={value}");
         let mut wrong = vec![];
         wrong.extend(known.err().map(|d| d.label(Place::Bytes(0..name.len()), "")));
-        if let Err((range, diagnostic)) = &number {
-            let start = name.len() + 1;
-            wrong.push(diagnostic.clone().label(Place::Bytes(start + range.start..start + range.end), ""));
+        if let Err(error) = &number {
+            let error = error.clone().shifted(name.len() + 1);
+            let help = error.help.unwrap_or_else(|| "a number, such as 0.5".into());
+            wrong.push(Diagnostic::error(error.code, error.message).label(Place::Bytes(error.span), "").help(help));
         }
         if !wrong.is_empty() {
             let origin = Origin::new(Source { name: "--at".into(), text, syntax: Syntax::Ron });
@@ -94,20 +118,4 @@ fn name_of_quantity(model: &Model, name: &str) -> Result<(), Diagnostic> {
     let names = model.quantities.iter().map(|q| q.name.as_str());
     Err(Diagnostic::error("unknown-name", format!("there is no quantity `{name}` in this problem"))
         .help(suggest(name, names)))
-}
-
-/// The value of an expression without names.
-fn constant(text: &str) -> Result<f64, (std::ops::Range<usize>, Diagnostic)> {
-    let whole = 0..text.len();
-    let wrong = |e: expr::ExprError| {
-        (e.span, Diagnostic::error(e.code, e.message).help(e.help.unwrap_or_else(|| "a number, such as 0.5".into())))
-    };
-    let parsed = expr::parse(text).map_err(wrong)?;
-    let mut builder = Builder::new();
-    let node = builder.add(&parsed, &mut ()).map_err(|mut e| wrong(e.swap_remove(0)))?;
-    match builder.value(node) {
-        Some(value) if value.is_finite() => Ok(value),
-        Some(value) => Err((whole, Diagnostic::error("not-finite", format!("this is {value}, not a finite number")))),
-        None => Err((whole, Diagnostic::error("not-constant", "a number is wanted here"))),
-    }
 }

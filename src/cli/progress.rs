@@ -11,24 +11,27 @@ const PATIENCE: Duration = Duration::from_secs(1);
 pub struct Progress {
     begun: Instant,
     terminal: bool,
+    what: &'static str,
     bar: Option<ProgressBar>,
 }
 
 impl Progress {
-    /// A bar that is not there yet.
-    pub fn new() -> Self {
-        Progress { begun: Instant::now(), terminal: std::io::stderr().is_terminal(), bar: None }
+    /// A bar that is not there yet; what it counts, such as `{len} states, {elapsed}`.
+    pub fn new(what: &'static str) -> Self {
+        Progress { begun: Instant::now(), terminal: std::io::stderr().is_terminal(), what, bar: None }
     }
 
-    /// Shows how many states of how many are found.
+    /// Shows how many of how many are done.
     pub fn show(&mut self, done: usize, total: usize) {
         if !self.terminal || self.begun.elapsed() < PATIENCE {
             return;
         }
         let bar = self.bar.get_or_insert_with(|| {
             let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr());
-            let style = ProgressStyle::with_template("{bar:40} {pos} of {len} states, {elapsed}");
-            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())).with_elapsed(self.begun.elapsed())
+            let style = ProgressStyle::with_template(&format!("{{bar:40}} {{pos}} of {}", self.what));
+            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+                .with_elapsed(self.begun.elapsed())
+                .with_position(done as u64) // what was there before says nothing about the time to go
         });
         bar.set_length(total as u64);
         bar.set_position(done as u64);

@@ -1,8 +1,11 @@
 //! `membrane run`.
 
-use super::{Exit, Format, Input, complain, interrupt, pair, print, problem, progress::Progress, refuse, say};
+use super::problem::Understood;
+use super::progress::Progress;
+use super::{Exit, Format, Input, complain, interrupt, pair, print, problem, refuse, say, sweep};
 use membrane::output::{Report, csv, document, files, table};
 use membrane::run::{self, Status};
+use membrane::sweep::Job;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -15,7 +18,8 @@ pub struct Options {
     /// hbar=0.5. May be given several times, each a request of its own.
     #[arg(long = "at", value_name = "NAME=VALUE", value_parser = pair)]
     at: Vec<(String, String)>,
-    /// Write result.json, branch.csv and profiles.csv into this directory instead of printing the result.
+    /// Write result.json, branch.csv and profiles.csv (of a sweep: sweep.jsonl and problem.json) into this directory
+    /// instead of printing the result.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// How the result is printed.
@@ -24,13 +28,15 @@ pub struct Options {
     /// Write the fields along the meridian into the JSON document as well.
     #[arg(long)]
     profiles: bool,
+    #[command(flatten)]
+    sweep: sweep::Options,
     /// The problem file; `-` is standard input.
     file: String,
 }
 
 /// Solves a problem.
 pub fn run(options: &Options) -> Exit {
-    let (document, model) = match problem::understand(&options.file, &options.input) {
+    let Understood { document, model, plan } = match problem::understand(&options.file, &options.input) {
         Ok(understood) => understood,
         Err(refusals) => return refusals.report(),
     };
@@ -43,7 +49,17 @@ pub fn run(options: &Options) -> Exit {
         return refuse("unwritable", &format!("{} is not a directory", directory.display()));
     }
     interrupt::listen();
-    let mut progress = Progress::new();
+    if let Some(plan) = &plan {
+        let job = Job::new(&document.problem, &model, plan, &requests, options.profiles);
+        return match &options.out {
+            Some(directory) => sweep::write(&job, &document, &model, &options.sweep, directory),
+            None => sweep::print(&job, &model, &requests, &options.sweep, options.format),
+        };
+    }
+    if let Some(option) = options.sweep.first() {
+        return refuse("no-sweep", &format!("{option} is for a sweep, and there is none: the file has no key `sweep`"));
+    }
+    let mut progress = Progress::new("{len} states, {elapsed}");
     let outcome = run::run(&model, &requests, &mut |done, total| {
         progress.show(done, total);
         if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

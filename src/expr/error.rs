@@ -54,6 +54,7 @@ pub const CODES: &[(&str, &str)] = &[
     ("malformed-number", "A number is neither too large nor too small for double precision, and is written 1.5e-3."),
     ("missing-operand", "An operator, a parenthesis or a comma has nothing on one side."),
     ("missing-operator", "Two values stand side by side; products are written with `*`."),
+    ("not-finite", "A number is wanted here, and this is infinite or none."),
     ("no-derivative", "`if`, `min`, `max`, `abs` and their like have no derivative at the kink or jump."),
     ("power-operator", "A power is written `x^2`, not `x**2`."),
     ("too-deep", "The formula is nested too deeply."),

@@ -1,6 +1,7 @@
 //! Formulas as a flat list of operations, evaluated with any scalar.
 
 use super::error::{ExprError, quoted};
+use super::parse::parse;
 use super::tree::{Argument, Expr, Function, Operator, Term, Unit};
 use crate::scalar::Scalar;
 use std::collections::HashMap;
@@ -56,6 +57,21 @@ impl Scope for () {
     fn name(&mut self, _: &mut Builder, name: &str, span: Range<usize>) -> Result<Node, Vec<ExprError>> {
         let message = format!("{} is not known here, where only numbers are", quoted(name));
         Err(ExprError::new("unknown-name", span, message).into())
+    }
+}
+
+/// The value of a formula without names, finite; angles in radians.
+///
+/// # Errors
+/// The first mistake in it, or that its value is not finite.
+pub fn constant(text: &str) -> Result<f64, ExprError> {
+    let parsed = parse(text)?;
+    let mut builder = Builder::new();
+    let node = builder.add(&parsed, &mut ()).map_err(|mut errors| errors.swap_remove(0))?;
+    // Without inputs every node is a constant.
+    match builder.value(node).unwrap_or(f64::NAN) {
+        value if value.is_finite() => Ok(value),
+        value => Err(ExprError::new("not-finite", 0..text.len(), format!("this is {value}, not a finite number"))),
     }
 }
 

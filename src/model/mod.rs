@@ -19,13 +19,13 @@ pub use initial::Initial;
 pub use ledger::{Entry, Ledger};
 pub use meridian::Rigid;
 pub use reported::{Expectation, Quantity};
-pub use set::set;
+pub use set::{in_unit_of, set};
 pub use stage::{Change, Part, Presence, When};
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::expr;
 use crate::physics::surface::Facing;
-use crate::spec::{self, Element, Number, Problem};
+use crate::spec::{self, Element, Number, Problem, Sweep};
 use crate::system::{Formula, Probe, System};
 use names::Names;
 use std::collections::HashSet;
@@ -323,6 +323,11 @@ fn unused_parameters(problem: &Problem, warnings: &mut Vec<Diagnostic>) {
     (rest.title, rest.about) = (String::new(), None);
     rest.parameters.clear();
     rest.expect.clear();
+    // What a sweep sets is not used by that; what its cases use is.
+    match &mut rest.sweep {
+        Some(Sweep::Cases(cases)) => cases.iter_mut().for_each(|case| case.parameters.clear()),
+        sweep => *sweep = None,
+    }
     let text = serde_json::to_string(&rest).unwrap_or_default().replace("\\n", " ").replace("\\t", " ");
     let words: HashSet<&str> = text.split(|c: char| !(c.is_alphanumeric() || c == '_')).collect();
     for name in problem.parameters.keys().filter(|name| !words.contains(name.as_str())) {
@@ -346,7 +351,6 @@ fn unsupported(problem: &Problem, errors: &mut Vec<Diagnostic>) {
     refuse(problem.units.is_some(), "/units", "a file with units of measurement");
     refuse(problem.contact == spec::ContactSearch::Detect, "/contact", "detected contact");
     refuse(problem.wrinkling == spec::Wrinkling::Relax, "/wrinkling", "the relaxed energy");
-    refuse(problem.sweep.is_some(), "/sweep", "a sweep");
 }
 
 /// A number as a part of a longer formula.

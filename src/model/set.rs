@@ -1,7 +1,7 @@
 //! `--set KEY=VALUE`: a change of the file before it is understood.
 
 use super::token;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Complaints, Diagnostic, Locate};
 use crate::expr::{self, nearest};
 use crate::spec::{Document, Number, Problem, Source, Syntax};
 
@@ -11,24 +11,17 @@ use crate::spec::{Document, Number, Problem, Source, Syntax};
 /// # Errors
 /// An unknown key, with the list of those that exist; a value that cannot be read; what the file is missing with it. The
 /// document returned with them can show their places.
-pub fn set(
-    document: &Document,
-    key: &str,
-    value: &str,
-) -> Result<Document, (Box<dyn crate::diagnostic::Locate>, Vec<Diagnostic>)> {
+pub fn set(document: &Document, key: &str, value: &str) -> Result<Document, Complaints> {
     let problem = &document.problem;
     let name = format!("--set {key}");
     let source = |text: String| Source { name: name.clone(), text, syntax: Syntax::Ron };
     let rejected = |r: Box<crate::spec::Rejected>| {
         let diagnostics = r.diagnostics.clone();
-        (r as Box<dyn crate::diagnostic::Locate>, diagnostics)
+        (r as Box<dyn Locate>, diagnostics)
     };
-    let refuse = |d: Diagnostic| Err((Box::new(document.clone()) as Box<dyn crate::diagnostic::Locate>, vec![d]));
+    let refuse = |d: Diagnostic| Err((Box::new(document.clone()) as Box<dyn Locate>, vec![d]));
     if let Some(old) = problem.parameters.get(key) {
-        let unit = match old {
-            Number::Value(_) => None,
-            Number::Formula(text) => written_unit(text),
-        };
+        let unit = written_unit(old);
         let parsed = match expr::parse(value) {
             Ok(parsed) => parsed,
             Err(e) => {
@@ -69,10 +62,18 @@ pub(super) fn unknown(problem: &Problem, key: &str, by: &str, asked: &str) -> Di
     d.help(format!("parameters: {}", parameters.join(", "))).help(format!("top-level keys: {}", ROOT_KEYS.join(", ")))
 }
 
-/// The unit in which a parameter is written, if it is written as a number with a unit.
-pub(super) fn written_unit(text: &str) -> Option<String> {
-    let parsed = expr::parse(text).ok()?;
-    parsed.literal().and_then(|(_, unit)| unit.map(|u| u.text.clone()))
+/// The unit in which a parameter is written, if it is written with one.
+fn written_unit(number: &Number) -> Option<String> {
+    let parsed = expr::parse(number.formula()?).ok()?;
+    parsed.units().first().map(|unit| unit.text.clone())
+}
+
+/// A value in the unit in which a parameter is written.
+pub fn in_unit_of(parameter: &Number, value: f64) -> Number {
+    match written_unit(parameter) {
+        Some(unit) => Number::Formula(format!("{value}[{unit}]")),
+        None => Number::Value(value),
+    }
 }
 
 /// The top-level keys that can be set.

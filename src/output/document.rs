@@ -32,7 +32,7 @@ pub fn result(report: &Report, profiles: bool) -> Value {
 fn point(model: &Model, point: &Point, profiles: bool) -> Value {
     let solution = &point.solution;
     let proof = &solution.certificate;
-    let error: Map<String, Value> = numbers(model, solution, |q| q.error).collect();
+    let error = errors(model, solution);
     let mut value = json!({
         "reason": reason(point.reason),
         "at": point.at.as_ref().map(|at| json!({ "name": at.name, "value": at.value })),
@@ -56,17 +56,20 @@ fn point(model: &Model, point: &Point, profiles: bool) -> Value {
         },
     });
     if profiles {
-        value["profiles"] = solution::profile(model, solution)
-            .into_iter()
-            .map(|r| {
-                json!({
-                    "segment": r.segment, "phi": r.phi, "S": r.arc, "u": r.u, "h": r.h, "tau": r.tau,
-                    "lambda": r.lambda, "mu": r.mu, "w_l": r.w_l, "w_m": r.w_m, "p_c": r.p_c,
-                })
-            })
-            .collect();
+        value["profiles"] = profile(model, solution);
     }
     value
+}
+
+/// The fields along the meridian.
+pub(crate) fn profile(model: &Model, solution: &Solution) -> Value {
+    let row = |r: solution::Row| {
+        json!({
+            "segment": r.segment, "phi": r.phi, "S": r.arc, "u": r.u, "h": r.h, "tau": r.tau,
+            "lambda": r.lambda, "mu": r.mu, "w_l": r.w_l, "w_m": r.w_m, "p_c": r.p_c,
+        })
+    };
+    solution::profile(model, solution).into_iter().map(row).collect()
 }
 
 fn event(model: &Model, event: &Event) -> Value {
@@ -80,9 +83,14 @@ fn event(model: &Model, event: &Event) -> Value {
 }
 
 /// Parameters, unknowns and outputs by name. What is no finite number is left out.
-fn quantities(model: &Model, solution: &Solution) -> Map<String, Value> {
+pub(crate) fn quantities(model: &Model, solution: &Solution) -> Map<String, Value> {
     let given = model.parameters.iter().filter(|p| p.1.is_finite()).map(|p| (p.0.clone(), json!(p.1)));
     given.chain(numbers(model, solution, |q| q.value)).collect()
+}
+
+/// The estimated absolute error of each quantity.
+pub(crate) fn errors(model: &Model, solution: &Solution) -> Map<String, Value> {
+    numbers(model, solution, |q| q.error).collect()
 }
 
 /// A number of each quantity that has a finite one.

@@ -4,6 +4,7 @@ use crate::model::{Change, Entry, Model, Steps, When};
 use crate::number::plain;
 use crate::physics::surface::Generator;
 use crate::spec::{Number, Problem, convert};
+use crate::sweep::Plan;
 use crate::system::{Coordinate, Kind, Place};
 use comfy_table::{Table, presets};
 use ron::ser::PrettyConfig;
@@ -23,8 +24,8 @@ contact:  u, h and tau follow from the parameter t of the face's generator, dt/d
 ```
 ";
 
-/// The explanation of a problem.
-pub fn explain(problem: &Problem, model: &Model) -> String {
+/// The explanation of a problem and, if it has one, its sweep.
+pub fn explain(problem: &Problem, model: &Model, plan: Option<&Plan>) -> String {
     let mut text = format!("# {}\n", model.title.trim());
     if let Some(about) = &problem.about {
         let _ = write!(text, "\n{}\n", about.trim());
@@ -59,6 +60,12 @@ pub fn explain(problem: &Problem, model: &Model) -> String {
         next(model, change, &mut text);
     }
     branch(problem, model, &mut text);
+    if let Some(plan) = plan {
+        let _ = writeln!(text, "\n## Sweep\n\nAll this for each of {} cases, with other values of:", plan.cases());
+        for name in plan.names() {
+            let _ = writeln!(text, "* `{name}`");
+        }
+    }
     text
 }
 

@@ -17,16 +17,16 @@ impl Drop for Pending {
 }
 
 impl Pending {
-    fn write(&mut self, path: PathBuf, text: &str) -> io::Result<()> {
+    fn write(&mut self, path: PathBuf, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         if path.is_dir() || name.is_empty() {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a directory"));
         }
         let temporary = path.with_file_name(format!(".{name}.{}.tmp", std::process::id()));
-        let mut file = File::create(&temporary)?;
+        let mut file = io::BufWriter::new(File::create(&temporary)?);
         self.0.push((temporary, path));
-        file.write_all(text.as_bytes())?;
-        file.sync_all()
+        write(&mut file)?;
+        file.into_inner()?.sync_all()
     }
 
     fn rename(mut self) -> io::Result<()> {
@@ -47,7 +47,7 @@ pub fn write_all(directory: &Path, files: &[(&str, String)]) -> io::Result<()> {
     fs::create_dir_all(directory)?;
     let mut pending = Pending::default();
     for (name, text) in files {
-        pending.write(directory.join(name), text)?;
+        pending.write(directory.join(name), |file| file.write_all(text.as_bytes()))?;
     }
     pending.rename()
 }
@@ -57,8 +57,16 @@ pub fn write_all(directory: &Path, files: &[(&str, String)]) -> io::Result<()> {
 /// # Errors
 /// What goes wrong; no half file is left then.
 pub fn write(path: &Path, text: &str) -> io::Result<()> {
+    write_with(path, |file| file.write_all(text.as_bytes()))
+}
+
+/// Writes one file piece by piece, replacing one of the same name when it is complete.
+///
+/// # Errors
+/// What goes wrong, the errors of `write` among it; no half file is left then.
+pub fn write_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let mut pending = Pending::default();
-    pending.write(path.to_owned(), text)?;
+    pending.write(path.to_owned(), write)?;
     pending.rename()
 }
 

@@ -32,7 +32,7 @@ pub use body::{Body, Face, Facing, Shape};
 pub use matter::{Area, Fluid, Inflation, Initial, Material, OgdenTerm, Reference, Traction, Wrinkling};
 pub use meridian::{Appears, ContactLaw, ContactSearch, Element, KinkLaw};
 pub use origin::{Origin, Source, Syntax};
-pub use problem::{Branch, Expectation, Figure, Problem, Scale, Spacing, Sweep, Units, Values};
+pub use problem::{Branch, Case, Expectation, Figure, Problem, Scale, Spacing, Sweep, Units, Values};
 pub use quantity::{Count, Equation, FormatVersion, Formula, Name, Number, Tolerance};
 pub use schema::schema_text;
 

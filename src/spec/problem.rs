@@ -160,8 +160,48 @@ pub enum Spacing {
 pub enum Sweep {
     /// All combinations of the values of the parameters named.
     Grid(IndexMap<String, Values>),
-    /// A list of cases, each a set of parameters with their values.
-    Cases(Vec<IndexMap<String, Number>>),
+    /// A list of cases, each with what is different in it.
+    Cases(Vec<Case>),
+}
+
+/// What is different in one case of a sweep: values of parameters, in the unit in which the file writes them, and keys of
+/// the root, written as there.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(title = "a case, parameters and keys of the root with values")]
+pub struct Case {
+    /// Another stress-free shape.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
+    /// Another elastic law.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<Material>,
+    /// Another treatment of compression.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wrinkling: Option<Wrinkling>,
+    /// Another state from which everything starts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub initial: Option<Initial>,
+    /// Another filling.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fluid: Option<Fluid>,
+    /// Other loads, all of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tractions: Option<IndexMap<String, Traction>>,
+    /// Other rigid bodies, all of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<IndexMap<String, Body>>,
+    /// Another meridian.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub meridian: Option<Vec<Element>>,
+    /// Another branch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub branch: Option<Branch>,
+    /// Another relative error asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Tolerance>,
+    /// Values of parameters by name.
+    #[serde(flatten)]
+    pub parameters: IndexMap<String, Number>,
 }
 
 /// The values that one parameter takes in a sweep, in the unit in which the file writes the parameter.

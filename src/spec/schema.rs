@@ -361,7 +361,14 @@ impl Walk {
             Some(schema @ Value::Object(_)) => {
                 self.brackets(expected, node, &[Written::Map], "{ \"name\": value, .. }");
                 for (name, value) in map {
-                    self.down(name, schema, value, node);
+                    match properties.get(name) {
+                        Some(schema) => self.down(name, schema, value, node),
+                        // What cannot be a value of a free name is meant for one of the keys.
+                        None if !properties.is_empty() && (value.is_object() || value.is_array()) => {
+                            self.unknown_key(name, properties);
+                        }
+                        None => self.down(name, schema, value, node),
+                    }
                     if self.full() {
                         return;
                     }

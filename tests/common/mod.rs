@@ -1,6 +1,8 @@
 //! Problem files, solved for tests.
 #![allow(dead_code)] // each test uses a part of it
 
+pub mod program;
+
 use membrane::diagnostic::render;
 use membrane::model::{self, Model};
 use membrane::run::{self, Outcome, Request};
