@@ -27,6 +27,7 @@ fn the_mended_conditions_of_the_thesis_leave_the_edge_free() {
     assert!(r.free.contains(&"dP".to_owned()) && r.free.contains(&"place of pipette.mouth".to_owned()), "{r:?}");
     assert!(r.closing.iter().any(|c| c.contains("lambda continuous")), "{r:?}");
     assert!(r.closing.iter().any(|c| c.contains("frictionless edge")), "{r:?}");
+    assert!(!r.neutral, "the edge slides along the membrane: {r:?}");
     // What the edge already satisfies would close nothing.
     assert!(!r.closing.iter().any(|c| c.ends_with(": u continuous")), "{r:?}");
 }
@@ -50,6 +51,7 @@ fn axial_force_continuous_is_an_identity_at_a_ligature() {
     assert_eq!(r.deficiency, Some(1));
     assert!(r.dependent.contains(&"axial force continuous".to_owned()), "{r:?}");
     assert!(r.closing.iter().any(|c| c.contains("axial position")), "{r:?}");
+    assert!(r.neutral, "the membrane may stand anywhere on the axis: {r:?}");
 }
 
 /// Well-posed files are not suspected, wherever the branch is examined: at first touch, near a limit point, at large stretch.

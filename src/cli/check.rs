@@ -119,6 +119,9 @@ fn verdict(rank: &Rank) -> Option<Diagnostic> {
             let mut d = Diagnostic::error("dependent-condition", message)
                 .at("/meridian", "the count closes, the rank does not")
                 .help(format!("left free: {}", names(&rank.free)));
+            if rank.neutral {
+                d = d.help("this is a neutral translation: the membrane may stand anywhere on the axis, and nothing says where");
+            }
             if !rank.closing.is_empty() {
                 d = d.help(format!("any one of these would close the system in its place: {}", names(&rank.closing)));
             }

@@ -20,7 +20,7 @@ pub use ledger::{Entry, Ledger};
 pub use meridian::Rigid;
 pub use reported::{Expectation, Quantity};
 pub use set::{in_unit_of, set};
-pub use stage::{Change, Part, Presence, When};
+pub use stage::{Change, Grip, Part, Presence, To, When};
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::expr;
@@ -61,6 +61,8 @@ pub struct Edge {
     pub before: usize,
     /// The faces that meet in it, each with the direction (outwards, downwards) into its solid.
     pub faces: [(String, [f64; 2]); 2],
+    /// Its friction and how it holds the membrane, where it has friction.
+    pub grip: Option<(f64, Grip)>,
 }
 
 impl Edge {
@@ -148,12 +150,12 @@ pub struct Refused {
 }
 
 impl Model {
-    /// The same problem with a part of the meridian more, or less.
+    /// The same problem after a change of the elements, in a state in which the joint that it concerns lies at the material angle `phi`.
     ///
     /// # Errors
     /// As [`resolve`].
-    pub fn toggled(&self, element: Part) -> Result<Model, Refused> {
-        resolve_stage(&self.problem, &self.presence.toggled(element))
+    pub fn after(&self, change: &Change, phi: f64) -> Result<Model, Refused> {
+        resolve_stage(&self.problem, &self.presence.after(change, phi))
     }
 
     /// True if the membrane lies on a face.
@@ -185,7 +187,7 @@ pub fn resolve(problem: &Problem) -> Result<Model, Refused> {
     let mut model = resolve_stage(problem, &Presence::default())?;
     let mut warnings = std::mem::take(&mut model.warnings);
     for change in &model.changes {
-        let next = resolve_stage(problem, &model.presence.toggled(change.at))?;
+        let next = resolve_stage(problem, &model.presence.after(change, 1.0))?;
         let new: Vec<Diagnostic> = next.warnings.into_iter().filter(|w| !warnings.contains(w)).collect();
         warnings.extend(new);
     }
@@ -279,7 +281,10 @@ fn understand(
                 present.push(name.as_ref().unwrap_or(on).as_str().to_owned());
                 present.extend(names.pieces.iter().filter(|p| p.element == i && p.part > 0).map(|p| p.name.clone()));
             }
-            Element::Kink { at, .. } if presence.has(element, i) => present.push(at.as_str().to_owned()),
+            Element::Kink { at, .. } if presence.has(element, i) => {
+                let slides = matches!(presence.grip(i), Grip::Forward | Grip::Backward);
+                present.push(format!("{}{}", at.as_str(), if slides { " (sliding)" } else { "" }));
+            }
             _ => {}
         }
     }

@@ -3,27 +3,44 @@
 //! A contact with `appears` is absent until its event. A stage is a system of its own, with its own unknowns and conditions; a
 //! [`Change`] is the event that leads from one to the next.
 
-use super::Body;
 use super::names::Names;
+use super::{Body, bracket};
 use crate::diagnostic::Diagnostic;
 use crate::number::plain;
-use crate::spec::{self, Element, Problem};
-use crate::system::{Field, Formula, Side, System};
+use crate::spec::{self, Element, Number, Problem};
+use crate::system::{Field, Formula, Place, Side, System};
 use std::f64::consts::PI;
 
 /// A part of an element of the meridian: its place in the list, and, for a contact along several faces that meet smoothly, the face.
 pub type Part = (usize, usize);
 
-/// Which parts of the elements of the meridian that may be absent are present.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Presence(Vec<Part>);
+/// Which parts of the elements of the meridian that may be absent are present, and how edges with friction hold the membrane.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Presence {
+    parts: Vec<Part>,
+    grips: Vec<(usize, Grip)>,
+}
+
+/// How a sharp edge with friction holds the membrane.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Grip {
+    /// It sticks where it touched first.
+    #[default]
+    First,
+    /// It sticks at a material angle.
+    At(f64),
+    /// The membrane slides over it against the walk, so that ever later material lies on it.
+    Forward,
+    /// The membrane slides over it along the walk.
+    Backward,
+}
 
 impl Presence {
     /// True if an element, at its place in the list, is present.
     pub fn has(&self, element: &Element, at: usize) -> bool {
         match element {
             Element::Contact { appears: Some(_), .. } | Element::Kink { appears: Some(_), .. } => {
-                self.0.contains(&(at, 0))
+                self.parts.contains(&(at, 0))
             }
             _ => true,
         }
@@ -31,36 +48,71 @@ impl Presence {
 
     /// True if the contact at a place in the list reaches a further face of its body.
     pub fn reaches(&self, at: usize, face: usize) -> bool {
-        face == 0 || self.0.contains(&(at, face))
+        face == 0 || self.parts.contains(&(at, face))
     }
 
     /// The same with one part more, or less.
     pub fn toggled(&self, at: Part) -> Self {
-        let mut list = self.0.clone();
-        match list.iter().position(|&i| i == at) {
+        let mut parts = self.parts.clone();
+        match parts.iter().position(|&i| i == at) {
             Some(i) => {
-                list.remove(i);
+                parts.remove(i);
             }
-            None => list.push(at),
+            None => parts.push(at),
         }
-        list.sort_unstable();
-        Presence(list)
+        parts.sort_unstable();
+        // An edge that comes or goes starts anew.
+        let grips = self.grips.iter().copied().filter(|g| g.0 != at.0).collect();
+        Presence { parts, grips }
+    }
+
+    /// How the edge at a place in the list holds the membrane, where it has friction.
+    pub fn grip(&self, at: usize) -> Grip {
+        self.grips.iter().find(|g| g.0 == at).map_or(Grip::First, |g| g.1)
+    }
+
+    /// The same with another grip of an edge.
+    fn gripped(&self, at: usize, grip: Grip) -> Self {
+        let others = self.grips.iter().copied().filter(|g| g.0 != at);
+        Presence { parts: self.parts.clone(), grips: others.chain([(at, grip)]).collect() }
+    }
+
+    /// The elements after a change, in a state in which the joint that it concerns lies at a material angle.
+    pub fn after(&self, change: &Change, phi: f64) -> Self {
+        match change.to {
+            To::Toggled => self.toggled(change.at),
+            To::Slides(grip) => self.gripped(change.at.0, grip),
+            To::Sticks => self.gripped(change.at.0, Grip::At(phi)),
+        }
     }
 }
 
 /// A change of the list of elements: what happens when a formula crosses zero.
 #[derive(Clone, Debug)]
 pub struct Change {
-    /// `touch` or `lift_off`.
+    /// `touch`, `lift_off`, `slip` or `stick`.
     pub kind: &'static str,
     /// The element.
     pub of: String,
     /// The part of the list that it is.
     pub at: Part,
+    /// What becomes of it.
+    pub to: To,
     /// Negative before, positive after; or nothing where it is the least contact pressure of a piece.
     pub when: When,
     /// The same in words: the equation that holds then, or what vanishes.
     pub text: String,
+}
+
+/// What becomes of a part of the list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum To {
+    /// It comes or goes.
+    Toggled,
+    /// An edge with friction lets the membrane slide.
+    Slides(Grip),
+    /// It holds the membrane where it is.
+    Sticks,
 }
 
 /// What is watched.
@@ -72,6 +124,10 @@ pub enum When {
     Length(usize),
     /// The least contact pressure on a piece.
     Pressure(usize),
+    /// A formula that is positive as soon as an edge cannot hold the membrane any more.
+    Exceeded(Formula),
+    /// The motion of a place, a global, along the branch: 1 where it must grow, -1 where it must fall.
+    Motion(usize, f64),
 }
 
 /// What changes the list of elements, from this stage.
@@ -90,6 +146,11 @@ pub(super) fn changes(
             && presence.has(element, i)
         {
             list.extend(seams(names, system, bodies, name.as_ref().unwrap_or(on).as_str(), i));
+        }
+        if let Element::Kink { at, law: spec::KinkLaw::Capstan { friction }, .. } = element
+            && presence.has(element, i)
+        {
+            list.extend(friction_events(names, system, presence.grip(i), at.as_str(), friction, i, errors));
         }
         let (of, appears, kink) = match element {
             Element::Contact { on, name, appears: Some(appears), .. } => (name.as_ref().unwrap_or(on), appears, false),
@@ -115,7 +176,7 @@ pub(super) fn changes(
                 ]
             };
             for (when, text) in whens {
-                list.push(Change { kind: "lift_off", of: of.clone(), at: (i, 0), when, text });
+                list.push(Change { kind: "lift_off", of: of.clone(), at: (i, 0), to: To::Toggled, when, text });
             }
             continue;
         }
@@ -152,10 +213,46 @@ pub(super) fn changes(
             }
         };
         if let Some((f, text)) = touch {
-            list.push(Change { kind: "touch", of, at: (i, 0), when: When::Formula(f), text });
+            list.push(Change { kind: "touch", of, at: (i, 0), to: To::Toggled, when: When::Formula(f), text });
         }
     }
     list
+}
+
+/// When an edge with friction lets the membrane slide, or holds it again.
+fn friction_events(
+    names: &mut Names,
+    system: &System,
+    grip: Grip,
+    of: &str,
+    friction: &Number,
+    at: usize,
+    errors: &mut Vec<Diagnostic>,
+) -> Vec<Change> {
+    let Some(joint) = names.joints.iter().find(|j| j.name == of).cloned() else { return vec![] };
+    let change = |kind, to, when, text: String| Change { kind, of: of.to_owned(), at: (at, 0), to, when, text };
+    if let Grip::Forward | Grip::Backward = grip {
+        let Place::Unknown(place) = system.pieces[joint.before].to else { return vec![] };
+        let sense = if grip == Grip::Forward { 1.0 } else { -1.0 };
+        let text = format!("{of}.phi is stationary");
+        return vec![change("stick", To::Sticks, When::Motion(place, sense), text)];
+    }
+    let mut list = vec![];
+    for grip in [Grip::Forward, Grip::Backward] {
+        let text = pull(of, friction, grip);
+        let pointer = format!("/meridian/{at}/Kink/law/Capstan/friction");
+        if let Some(f) = names.equation(system, &text, &pointer, false, errors) {
+            list.push(change("slip", To::Slides(grip), When::Exceeded(f), text));
+        }
+    }
+    list
+}
+
+/// The pull at which the membrane slides over an edge (Euler, Eytelwein): ln(w_l ahead/w_l behind) = friction times the angle by which
+/// it is bent.
+pub(super) fn pull(of: &str, friction: &Number, grip: Grip) -> String {
+    let (ahead, behind) = if grip == Grip::Forward { ("before", "after") } else { ("after", "before") };
+    format!("ln({of}.{ahead}.w_l/{of}.{behind}.w_l) = {}*({of}.before.tau - {of}.after.tau)", bracket(friction))
 }
 
 /// What happens to a contact along faces that meet smoothly: it reaches the next one, or leaves the last one.
@@ -179,13 +276,21 @@ fn seams(names: &mut Names, system: &System, bodies: &[Body], of: &str, at: usiz
             kind: "touch",
             of: next.clone(),
             at: (at, part + 1),
+            to: To::Toggled,
             when: When::Formula(f),
             text,
         }));
     }
     if part > 0 {
         let text = "the length of the contact vanishes".to_owned();
-        list.push(Change { kind: "lift_off", of: face.name.clone(), at: (at, part), when: When::Length(outer), text });
+        list.push(Change {
+            kind: "lift_off",
+            of: face.name.clone(),
+            at: (at, part),
+            to: To::Toggled,
+            when: When::Length(outer),
+            text,
+        });
     }
     list
 }

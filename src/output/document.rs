@@ -135,7 +135,7 @@ impl Finding {
 
     fn rank(&self) -> Value {
         let r = &self.rank;
-        json!({ "deficiency": r.deficiency, "dependent": r.dependent, "free": r.free, "closing": r.closing })
+        json!({ "deficiency": r.deficiency, "dependent": r.dependent, "free": r.free, "closing": r.closing, "neutral": r.neutral })
     }
 }
 

@@ -71,7 +71,7 @@ pub fn explain(problem: &Problem, model: &Model, plan: Option<&Plan>) -> String 
 
 /// What an event changes: unknowns and conditions that come and go, and what undoes it.
 fn next(model: &Model, change: &Change, text: &mut String) {
-    let Ok(after) = model.toggled(change.at) else { return };
+    let Ok(after) = model.after(change, 1.0) else { return };
     let (old, new) = (&model.ledger, &after.ledger);
     let differ = |sign: &str, what: &str, of: &[Entry], than: &[Entry]| -> Vec<[String; 4]> {
         let entries = of.iter().filter(|e| !than.contains(e));
@@ -96,7 +96,7 @@ fn next(model: &Model, change: &Change, text: &mut String) {
 /// When a change happens, in words.
 fn told(change: &Change) -> String {
     match change.when {
-        When::Formula(_) => code(&change.text),
+        When::Formula(_) | When::Exceeded(_) => code(&change.text),
         _ => change.text.clone(),
     }
 }

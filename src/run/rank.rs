@@ -13,6 +13,7 @@
 use super::{start, state};
 use crate::bvp::{Discretization, Problem, matching};
 use crate::model::Model;
+use crate::physics::surface::Surface;
 use crate::scalar::Dual;
 use crate::system::{Closing, Formula, Kind, System};
 use nalgebra::DMatrix;
@@ -29,6 +30,8 @@ pub struct Rank {
     pub free: Vec<String>,
     /// Known conditions that would close the system.
     pub closing: Vec<String>,
+    /// True if what stays free is a neutral translation: the whole membrane may stand anywhere on the axis, and nothing else changes.
+    pub neutral: bool,
     /// Declared unknowns that the conditions keep at one value all along the branch, with that value.
     pub forced: Vec<(String, f64)>,
     /// Smallest singular value relative to the largest, at the best of the states examined.
@@ -114,6 +117,7 @@ pub fn rank(model: &Model) -> Rank {
         let columns = (0..layout.globals).map(|g| found.columns[(i, layout.global(g))]);
         name(columns.zip(model.globals.iter().map(String::as_str)), &mut rank.free);
     }
+    rank.neutral = !found.none.is_empty() && found.none.iter().all(|&i| is_translation(model, &system, found, i));
     if !found.none.is_empty() {
         rank.closing =
             closing(model, &system, member, found).into_iter().map(|i| model.known_conditions[i].0.clone()).collect();
@@ -121,6 +125,28 @@ pub fn rank(model: &Model) -> Rank {
         rank.forced = forced(model, &members);
     }
     rank
+}
+
+/// True if a free direction moves the membrane along the axis without a change of its shape: only axial positions have a part in it.
+fn is_translation(model: &Model, system: &System, found: &Finding, i: usize) -> bool {
+    let layout = system.layout();
+    let mut axial: Vec<usize> = vec![];
+    for (s, piece) in system.pieces.iter().enumerate() {
+        let height = match &piece.kind {
+            Kind::Free if piece.follows_height() => Some(3),
+            // On the side of a cylinder the place is an axial position.
+            Kind::Contact(face) if matches!(face.surface, Surface::Cylinder(_)) => Some(1),
+            _ => None,
+        };
+        axial.extend(height.into_iter().flat_map(|c| [layout.start(s) + c, layout.end(s) + c]));
+    }
+    let starts = (0..layout.globals).filter(|&g| model.globals[g].ends_with(".start.h"));
+    axial.extend(starts.map(|g| layout.global(g)));
+    let size = |axially: bool| {
+        let slots = (0..layout.slots()).filter(|s| axial.contains(s) == axially);
+        slots.map(|s| (found.columns[(i, s)] * found.scales[s]).abs()).fold(0.0, f64::max)
+    };
+    size(false) < CLOSES * size(true)
 }
 
 /// Up to three states of a system, from a state near it.

@@ -66,12 +66,31 @@ impl Tracer {
         let (ca, cb) = (self.value(a), self.value(b));
         let mut first: Option<(f64, Change, Solution)> = None;
         for change in &model.changes {
-            let g = |s: &Solution| watched(&model, change, s);
+            let onwards = (cb - ca).signum();
+            let control = self.control;
+            let rate = |s: &Solution| s.quantity(control).map_or(1.0, |q| q.slope);
+            let g = |s: &Solution| match change.when {
+                // The motion of a place per step of the branch.
+                When::Motion(place, sense) => Some(sense * onwards * s.tangent[s.disc.p() + place] / rate(s)),
+                _ => watched(&model, change, s),
+            };
             let (Some(ga), Some(gb)) = (g(a), g(b)) else { continue };
             // A new contact has no length yet; it is undone only after it has had some. Neither is a touch believed where the stage
             // has just begun with the lift-off.
             let fresh = self.entered && self.history.len() == 1 && ga.abs() < FRESH * gb.abs();
+            let begun = self.history.len() == 1;
+            // What happens in the first of both states itself: the branch has turned, or nothing holds from the start.
+            let at_once = match change.when {
+                When::Motion(..) => ga < 0.0 && !(self.entered && begun),
+                When::Exceeded(_) => gb > 0.0 && ga.abs() < FRESH * gb.abs() && !self.entered,
+                _ => false,
+            };
+            if at_once {
+                return Ok(Some((change.clone(), a.clone())));
+            }
             let crossed = match change.when {
+                When::Exceeded(_) => ga < 0.0 && gb > 0.0 && !fresh,
+                When::Motion(..) => ga > 0.0 && gb < 0.0,
                 When::Formula(_) => ga * gb < 0.0 && !fresh,
                 When::Length(_) => ga > 1e-9 && gb < 0.0,
                 When::Pressure(_) => ga > 0.0 && gb < 0.0,
@@ -103,6 +122,18 @@ impl Tracer {
     }
 }
 
+impl Tracer {
+    /// The material angle of the joint that a change concerns.
+    pub(super) fn joint_angle(&self, change: &Change, s: &Solution) -> f64 {
+        let place =
+            self.model.edges.iter().find(|e| e.name == change.of).map(|e| self.model.system.pieces[e.before].to);
+        match place {
+            Some(Place::Unknown(g)) => self.model.system.reference.phi(s.disc.globals(&s.state)[g]),
+            _ => 0.0,
+        }
+    }
+}
+
 /// The value of a formula of slots at a state.
 pub(super) fn on_slots(model: &Model, formula: &Formula, s: &Solution) -> f64 {
     let index = s.disc.slot_index();
@@ -112,7 +143,8 @@ pub(super) fn on_slots(model: &Model, formula: &Formula, s: &Solution) -> f64 {
 /// What is watched for a change, at a state.
 fn watched(model: &Model, change: &Change, s: &Solution) -> Option<f64> {
     match &change.when {
-        When::Formula(formula) => Some(on_slots(model, formula, s)),
+        When::Formula(formula) | When::Exceeded(formula) => Some(on_slots(model, formula, s)),
+        When::Motion(..) => None,
         When::Length(piece) => {
             let globals = s.disc.globals(&s.state);
             let at = |place: Place| match place {

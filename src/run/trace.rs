@@ -197,7 +197,8 @@ impl Tracer {
             self.push(solution);
             return Ok(());
         };
-        let model = self.model.toggled(change.at).map_err(|_| Stop::Lost(change.of.clone()))?;
+        let phi = self.joint_angle(&change, &at);
+        let model = self.model.after(&change, phi).map_err(|_| Stop::Lost(change.of.clone()))?;
         if watch {
             self.happen(change.kind, change.of.clone(), model.stage(), at.clone());
             self.report(Reason::Event, None, at.clone());

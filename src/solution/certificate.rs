@@ -1,7 +1,7 @@
 //! What proves a state: first integrals, balance of forces, virtual work, admissibility.
 
 use super::{Carried, TANGENT, View};
-use crate::model::Model;
+use crate::model::{Grip, Model};
 use crate::physics::membrane::Local;
 use crate::scalar::Scalar;
 use crate::system::{Coordinate, Formula, Kind, LOADS_AT, Side};
@@ -146,6 +146,18 @@ impl Certificate {
             work += radial + axial;
             size += radial.abs() + axial.abs();
         }
+        // What slides over an edge with friction loses energy.
+        for edge in &model.edges {
+            if let (Some((_, Grip::Forward | Grip::Backward)), Some(a), Some(b)) =
+                (edge.grip, view.end(edge.before, Side::End), view.end(edge.before + 1, Side::Start))
+            {
+                let held = |m: &Local<Carried>| (m.lambda * m.response.w_l - m.response.w).re;
+                let eta = view.eta(edge.before + 1, 0.0);
+                let lost = 2.0 * PI * a.rho0.re.powi(2) * (held(&b) - held(&a)) * along(eta);
+                work += lost;
+                size += lost.abs();
+            }
+        }
         // What adheres gains its energy, per reference area.
         for adhesion in &model.adhesions {
             let Some(energy) = view.value(&adhesion.energy) else { continue };
@@ -206,11 +218,18 @@ impl Certificate {
                 }
             }
         }
+        let tau = |m: &Local<Carried>| m.sin.re.atan2(m.cos.re);
         // An edge presses on the membrane, away from the faces that meet in it.
         for edge in &model.edges {
             if let (Some(a), Some(b)) = (view.end(edge.before, Side::End), view.end(edge.before + 1, Side::Start)) {
                 let (ta, tb) = (a.response.w_l.re, b.response.w_l.re);
                 let size = ta.abs().max(tb.abs());
+                if let Some((friction, Grip::First | Grip::At(_))) = edge.grip {
+                    let beyond = (ta / tb).ln().abs() - friction * (tau(&a) - tau(&b)).abs();
+                    if beyond > EDGE {
+                        self.violations.push(format!("friction cannot hold at {} (by {beyond:.3e})", edge.name));
+                    }
+                }
                 let force = [ta * a.cos.re - tb * b.cos.re, ta * a.sin.re - tb * b.sin.re];
                 for (face, push) in edge.pushes(force) {
                     if push < -EDGE * size {

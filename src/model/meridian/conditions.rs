@@ -8,7 +8,8 @@ use crate::diagnostic::Diagnostic;
 use crate::expr::{Builder, ExprError, Node};
 use crate::model::ledger::Ledger;
 use crate::model::names::{Binder, Names};
-use crate::model::{Adhesion, bracket, token};
+use crate::model::stage::pull;
+use crate::model::{Adhesion, Grip, bracket, token};
 use crate::physics::surface::Generator;
 use crate::spec::{Equation, Formula, KinkLaw, Number};
 use crate::system::{Coordinate, Field, Kind, Side, System};
@@ -28,6 +29,8 @@ pub(super) struct Bend<'b> {
     pub(super) sides: [Option<(usize, usize)>; 2],
     /// The material angle that touched it first.
     pub(super) phi: f64,
+    /// How it holds the membrane, where it has friction.
+    pub(super) grip: Grip,
 }
 
 /// Where the conditions go.
@@ -230,7 +233,17 @@ impl Conditions<'_, '_> {
                     self.read(what.clone(), text.as_str(), "joint (Kink, Conditions)", &at);
                 }
             }
-            KinkLaw::Capstan { .. } => {}
+            KinkLaw::Capstan { friction } => {
+                let at = format!("{at}/Kink/law/Capstan/friction");
+                let origin = "joint (Kink, Capstan)";
+                match bend.grip {
+                    Grip::First | Grip::At(_) => {
+                        let phi = if let Grip::At(phi) = bend.grip { phi } else { bend.phi };
+                        self.read(format!("{name}: sticks"), &format!("{name}.phi = {phi:?}"), origin, &at);
+                    }
+                    grip => self.read(format!("{name}: slides"), &pull(name, friction, grip), origin, &at),
+                }
+            }
         }
     }
 

@@ -183,15 +183,10 @@ pub(super) fn read_list<'a>(
                 absent.extend((0..chain).filter(|&part| !presence.reaches(i, part)).map(|_| format!("{name}.side")));
             }
             Element::Smooth => joint(JointKind::Smooth),
-            Element::Kink { at, law, .. } => {
-                if matches!(law, KinkLaw::Capstan { .. }) {
-                    unsupported("friction at an edge");
-                }
-                match part_of(problem, at.as_str(), edge_names) {
-                    Some((body, edge)) => joint(JointKind::Kink(at.as_str(), body, edge, law)),
-                    None => errors.push(unknown_part(problem, at.as_str(), true, format!("{}/Kink/at", pointer(i)))),
-                }
-            }
+            Element::Kink { at, law, .. } => match part_of(problem, at.as_str(), edge_names) {
+                Some((body, edge)) => joint(JointKind::Kink(at.as_str(), body, edge, law)),
+                None => errors.push(unknown_part(problem, at.as_str(), true, format!("{}/Kink/at", pointer(i)))),
+            },
             Element::AdhesiveEdge { energy } => joint(JointKind::Adhesive(energy)),
             Element::Joint { name, continuous, conditions } => {
                 joint(JointKind::Written(name.as_str(), continuous, conditions));

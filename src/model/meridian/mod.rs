@@ -15,7 +15,7 @@ use super::names::{JointName, Names, PieceName, Standing};
 use super::{Adhesion, Body, Initial, Presence, token};
 use crate::diagnostic::Diagnostic;
 use crate::physics::surface::{Facing, Surface};
-use crate::spec::{Element, Number, Problem};
+use crate::spec::{Element, KinkLaw, Number, Problem};
 use crate::system::{Coordinate, Kind, Piece, Place, Pressure, Side, System, tip_length};
 use bodies::{axial_place, touches};
 use conditions::{Bend, Conditions};
@@ -287,10 +287,10 @@ pub fn walk<'a>(
                     JointKind::Kink(name, body, edge, law) => {
                         let sides = [before, before + 1].map(|i| segments[i].body);
                         let rigid = bodies[*body].as_ref()?;
-                        let phi = touches.joint(before);
+                        let (phi, grip) = (touches.joint(before), presence.grip(joints[before].at));
                         conditions.kink(
                             before,
-                            &Bend { name, body: *body, edge: &rigid.edges[*edge], sides, phi },
+                            &Bend { name, body: *body, edge: &rigid.edges[*edge], sides, phi, grip },
                             law,
                             &at,
                         );
@@ -324,10 +324,24 @@ pub fn walk<'a>(
     }
     let mut edges = vec![];
     for (i, joint) in joints.iter().enumerate() {
-        if let JointKind::Kink(name, body, edge, _) = joint.kind {
+        if let JointKind::Kink(name, body, edge, law) = joint.kind {
             let rigid = bodies[body].as_ref()?;
             let faces = rigid.into_solid(&rigid.edges[edge]);
-            edges.push(super::Edge { name: name.to_owned(), before: i, faces });
+            let grip = match law {
+                KinkLaw::Capstan { friction } => {
+                    let at = format!("{}/Kink/law/Capstan/friction", pointer(joint.at));
+                    let mu = names.constant(friction, &at, errors)?;
+                    if mu < 0.0 {
+                        errors.push(
+                            Diagnostic::error("negative-friction", format!("friction must not be negative, not {mu}"))
+                                .at(at, format!("is {mu}")),
+                        );
+                    }
+                    Some((mu, presence.grip(joint.at)))
+                }
+                _ => None,
+            };
+            edges.push(super::Edge { name: name.to_owned(), before: i, faces, grip });
         }
     }
     let initial = Initial { middle, ..initial.clone() };
