@@ -4,15 +4,15 @@ use super::names::Names;
 use super::tractions::sphere_repulsion;
 use crate::diagnostic::Diagnostic;
 use crate::physics::material::{Energy, Gent, Law, MooneyRivlin, NeoHookean, Skalak};
-use crate::physics::reference::Sphere;
+use crate::physics::reference::Reference;
 use crate::spec::{self, Problem};
 use std::f64::consts::PI;
 
-/// A sphere, inflated uniformly (or not at all).
+/// A sphere, inflated uniformly (or not at all), or a flat disc, stretched to its clamp.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Initial {
     /// The stress-free shape.
-    pub reference: Sphere,
+    pub reference: Reference,
     /// The material.
     pub law: Law,
     /// Stretch in both directions; 1 where nothing is loaded.
@@ -23,29 +23,30 @@ pub struct Initial {
     pub pressure: f64,
     /// Pressure outside.
     pub outside: f64,
-    /// Radius.
+    /// Radius, of the rim for a disc.
     pub radius: f64,
     /// Volume.
     pub volume: f64,
     /// Elastic energy.
     pub energy: f64,
-    /// Axial position of the middle.
+    /// Axial position of the middle of the sphere, or of the disc.
     pub middle: f64,
     /// Coupling and inverse screening length of the charge that the membrane carries.
     pub charge: Option<(f64, f64)>,
 }
 
 impl Initial {
-    fn new(reference: Sphere, law: Law, stretch: f64) -> Self {
+    fn new(reference: Reference, law: Law, stretch: f64) -> Self {
         let response = law.response(stretch, stretch);
-        let radius = stretch * reference.radius;
+        let radius = stretch * reference.radius();
+        let sphere = matches!(reference, Reference::Sphere { .. });
         Initial {
             stretch,
             tension: response.w_l,
-            pressure: 2.0 * response.w_l / (stretch * stretch * reference.radius),
+            pressure: if sphere { 2.0 * response.w_l / (stretch * stretch * reference.radius()) } else { 0.0 },
             outside: 0.0,
             radius,
-            volume: 4.0 / 3.0 * PI * radius.powi(3),
+            volume: reference.volume() * stretch.powi(3),
             energy: reference.area() * response.w,
             middle: 0.0,
             charge: None,
@@ -54,9 +55,27 @@ impl Initial {
         }
     }
 
+    /// Distance from the axis and height above the middle at a material coordinate, in radii.
+    pub fn profile(&self, phi: f64) -> [f64; 2] {
+        match self.reference {
+            Reference::Sphere { .. } => [phi.sin(), phi.cos()],
+            Reference::Disc { .. } => [phi, 0.0],
+        }
+    }
+
+    /// Tangent angle at a material coordinate.
+    pub fn tau(&self, phi: f64) -> f64 {
+        if matches!(self.reference, Reference::Sphere { .. }) { phi } else { 0.0 }
+    }
+
+    /// The material coordinate at the end of the meridian.
+    pub fn last_phi(&self) -> f64 {
+        if matches!(self.reference, Reference::Sphere { .. }) { PI } else { 1.0 }
+    }
+
     /// The same sphere with a charge that repels itself: the fluid holds less pressure.
     pub fn charged(self, charge: Option<(f64, f64)>) -> Self {
-        let own = charge.map_or(0.0, |(c, k)| sphere_repulsion(c, k, self.reference.radius, self.radius));
+        let own = charge.map_or(0.0, |(c, k)| sphere_repulsion(c, k, self.reference.radius(), self.radius));
         Initial { charge, pressure: self.pressure - own, ..self }
     }
 
@@ -137,15 +156,17 @@ pub fn resolve(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -
     let reference = match &problem.reference {
         spec::Reference::Sphere { radius } => {
             positive(names, radius, "/reference/Sphere/radius", "the radius of the reference sphere", errors)
-                .map(|radius| Sphere { radius })
+                .map(|radius| Reference::Sphere { radius })
+        }
+        spec::Reference::Disc { radius } => {
+            positive(names, radius, "/reference/Disc/radius", "the radius of the reference disc", errors)
+                .map(|radius| Reference::Disc { radius })
         }
         _ => {
             errors.push(
-                Diagnostic::error(
-                    "not-supported",
-                    "a reference shape other than a sphere cannot be solved by this version",
-                )
-                .at("/reference", "not supported yet"),
+                Diagnostic::error("not-supported", "this reference shape cannot be solved by this version")
+                    .at("/reference", "not supported yet")
+                    .help("supported: Sphere, Disc"),
             );
             None
         }
@@ -163,7 +184,7 @@ pub fn resolve(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -
     }
     let (reference, stretch) = (reference?, stretch?);
     if !unloaded && !(stretch > 1.0 + 1e-6) {
-        let (radius, r0) = (reference.radius, stretch * reference.radius);
+        let (radius, r0) = (reference.radius(), stretch * reference.radius());
         let message =
             format!("the initial sphere of radius {r0} is not larger than the reference sphere of radius {radius}");
         errors.push(
@@ -187,29 +208,63 @@ pub fn resolve(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -
     Some(Initial::new(reference, law, stretch))
 }
 
+/// The stretch of a disc in its clamp.
+fn clamped(problem: &Problem, names: &Names, radius: f64, errors: &mut Vec<Diagnostic>) -> Option<f64> {
+    if problem.initial != spec::Initial::Unloaded {
+        errors.push(
+            Diagnostic::error("no-inflation", "a flat disc is not inflated to start with")
+                .at("/initial", "has no closed shape")
+                .help("initial: Unloaded; the pressure is then an unknown that starts at 0"),
+        );
+        return None;
+    }
+    let elements = problem.meridian.as_deref().unwrap_or_default();
+    let Some(spec::Element::Clamped { u, .. }) = elements.last() else {
+        errors.push(
+            Diagnostic::error("no-clamp", "a disc is held at its rim")
+                .at("/meridian", "the last element is no clamp")
+                .help("end the meridian with Clamped(u: .., h: ..)"),
+        );
+        return None;
+    };
+    let at = format!("/meridian/{}/Clamped/u", elements.len() - 1);
+    let stretch = positive(names, u, &at, "the radius of the clamp", errors)? / radius;
+    if stretch < 1.0 {
+        errors.push(
+            Diagnostic::error("no-tension", format!("the clamp compresses the disc to {stretch} of its radius"))
+                .at(at, "no tension: wrinkled or slack states are not solved by this version"),
+        );
+        return None;
+    }
+    Some(stretch)
+}
+
 /// The stretch of the initial sphere: each number is examined also where the others are wrong.
 fn stretch(
     problem: &Problem,
     names: &Names,
-    reference: Option<&Sphere>,
+    reference: Option<&Reference>,
     law: Option<&Law>,
     errors: &mut Vec<Diagnostic>,
 ) -> Option<f64> {
+    if let Some(Reference::Disc { radius }) = reference {
+        return clamped(problem, names, *radius, errors);
+    }
     Some(match &problem.initial {
         spec::Initial::Unloaded => 1.0,
         spec::Initial::Inflated(spec::Inflation::Radius(n)) => {
             let pointer = "/initial/Inflated/radius";
             let r = positive(names, n, pointer, "the inflated radius", errors)?;
-            r / reference?.radius
+            r / reference?.radius()
         }
         spec::Initial::Inflated(spec::Inflation::Volume(n)) => {
             let v = positive(names, n, "/initial/Inflated/volume", "the inflated volume", errors)?;
-            (v / (4.0 / 3.0 * PI)).cbrt() / reference?.radius
+            (v / (4.0 / 3.0 * PI)).cbrt() / reference?.radius()
         }
         spec::Initial::Inflated(spec::Inflation::Pressure(n)) => {
             let p = positive(names, n, "/initial/Inflated/pressure", "the inflating pressure", errors)?;
             let (reference, law) = (reference?, law?);
-            let pressure = |l: f64| 2.0 * law.response(l, l).w_l / (l * l * reference.radius);
+            let pressure = |l: f64| 2.0 * law.response(l, l).w_l / (l * l * reference.radius());
             // The first stretch at which the pressure is reached, coming from the unloaded sphere.
             let mut l = 1.0;
             while pressure(l) < p && l < 100.0 {

@@ -104,7 +104,7 @@ fn told(change: &Change) -> String {
 fn initial(problem: &Problem, model: &Model, text: &mut String) {
     let i = &model.initial;
     let rows = [
-        ("reference radius", i.reference.radius),
+        ("reference radius", i.reference.radius()),
         ("stretch", i.stretch),
         ("radius", i.radius),
         ("tension (per reference length)", i.tension),

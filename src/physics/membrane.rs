@@ -102,14 +102,14 @@ pub fn tip_energy<S: Scalar>(local: &Local<S>) -> S {
 mod tests {
     use super::*;
     use crate::physics::material::NeoHookean;
-    use crate::physics::reference::Sphere;
+    use crate::physics::reference::Reference;
     use approx::assert_relative_eq;
 
     /// An inflated sphere is in equilibrium under p = 2 w_l/r0^2: stretches stay, tau = phi turns as phi does.
     #[test]
     fn the_inflated_sphere_is_an_equilibrium() {
         let law: Law = NeoHookean { shear_modulus: 1.0 }.into();
-        let sphere = Sphere { radius: 1.0 };
+        let sphere = Reference::Sphere { radius: 1.0 };
         let r0: f64 = 1.6;
         let p = 2.0 * law.response(r0, r0).w_l / (r0 * r0);
         for eta in [-2.0, 0.1, 1.5] {

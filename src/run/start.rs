@@ -102,9 +102,10 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64, finer: usize) ->
         y.fill(stretch.ln());
         match &piece.kind {
             Kind::Free => {
-                y[2] = reference.phi(eta);
+                let phi = reference.phi(eta);
+                y[2] = model.initial.tau(phi);
                 if piece.follows_height() {
-                    y[3] = model.initial.middle - reference.radius * stretch * y[2].cos();
+                    y[3] = model.initial.middle - reference.radius() * stretch * model.initial.profile(phi)[1];
                 }
             }
             Kind::Contact(face) if !at_pole(piece) => {

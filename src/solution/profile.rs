@@ -67,7 +67,7 @@ pub fn profile(model: &Model, solution: &Solution) -> Vec<Row> {
             rows.push(Row {
                 segment: piece.name.clone(),
                 phi,
-                arc: phi * system.reference.radius,
+                arc: phi * system.reference.radius(),
                 u: m.u(),
                 h,
                 tau,

@@ -26,7 +26,7 @@ pub use tip::coefficient as tip_coefficient;
 use crate::bvp::{Layout, Problem, Segment};
 use crate::expr::Tape;
 use crate::physics::material::Law;
-use crate::physics::reference::Sphere;
+use crate::physics::reference::Reference;
 use crate::scalar::Scalar;
 
 /// A formula over probes. As a condition it must vanish.
@@ -62,7 +62,7 @@ pub enum Closing {
 #[derive(Clone, Debug)]
 pub struct System {
     /// The stress-free shape.
-    pub reference: Sphere,
+    pub reference: Reference,
     /// The material.
     pub law: Law,
     /// The pieces of the meridian, from the top.
@@ -76,7 +76,7 @@ pub struct System {
 
 impl System {
     /// Assembles a system with `globals` globals; conditions are added afterwards, when their slots are known.
-    pub fn new(reference: Sphere, law: Law, pieces: Vec<Piece>, globals: usize) -> Self {
+    pub fn new(reference: Reference, law: Law, pieces: Vec<Piece>, globals: usize) -> Self {
         let segments = pieces
             .iter()
             .map(|p| Segment {

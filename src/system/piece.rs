@@ -6,7 +6,7 @@ use super::{Coordinate, Place};
 use crate::expr::Tape;
 use crate::physics::material::Law;
 use crate::physics::membrane::{Local, tip_energy};
-use crate::physics::reference::Sphere;
+use crate::physics::reference::Reference;
 use crate::physics::surface::Face;
 use crate::scalar::Scalar;
 use std::f64::consts::PI;
@@ -163,7 +163,7 @@ impl Piece {
     /// The force of each load per reference area, away from the axis and downwards, at eta; `rest`: the parameters without the places.
     pub fn forces<S: Scalar>(
         &self,
-        reference: &Sphere,
+        reference: &Reference,
         eta: S,
         local: &Local<S>,
         y: &[S],
@@ -186,7 +186,7 @@ impl Piece {
         };
         let phi = reference.phi(eta);
         let h = if self.reach == 1.0 { h } else { (h - self.level) * self.reach + self.level };
-        let site = Site { local: *local, tau, h, phi, arc: phi * reference.radius };
+        let site = Site { local: *local, tau, h, phi, arc: phi * reference.radius() };
         for (i, load) in self.loads.iter().enumerate() {
             let (own, others) = rest.split_at(load.globals().count());
             each(i, load.force(&site, own));
@@ -219,14 +219,14 @@ impl Piece {
 
     /// The membrane at a state of this piece.
     #[inline(always)]
-    pub fn local<S: Scalar>(&self, reference: &Sphere, law: &Law, eta: S, y: &[S]) -> Local<S> {
+    pub fn local<S: Scalar>(&self, reference: &Reference, law: &Law, eta: S, y: &[S]) -> Local<S> {
         let point = reference.at(eta);
         let (ln_mu, tau) = self.shape(point.rho0, y);
         Local::new(law, point, y[0], ln_mu, tau)
     }
 
     /// Where the membrane is at a state of this piece, without its response.
-    pub(super) fn spot(&self, reference: &Sphere, eta: f64, y: &[f64]) -> Spot {
+    pub(super) fn spot(&self, reference: &Reference, eta: f64, y: &[f64]) -> Spot {
         let rho0 = reference.at(eta).rho0;
         let (ln_mu, tau) = self.shape(rho0, y);
         let (sin, cos) = tau.sin_cos();
@@ -257,7 +257,7 @@ impl Piece {
 
     /// Equations and quadratures at `x`: `out` receives as many as it has room for.
     #[inline(always)]
-    pub fn flow<S: Scalar>(&self, reference: &Sphere, law: &Law, x: f64, y: &[S], p: &[S], out: &mut [S]) {
+    pub fn flow<S: Scalar>(&self, reference: &Reference, law: &Law, x: f64, y: &[S], p: &[S], out: &mut [S]) {
         let (a, b, rest) = self.ends(p);
         let (eta, stretch) = self.coordinate.at(x, a, b);
         let m = self.local(reference, law, eta, y);
@@ -312,7 +312,7 @@ impl Piece {
     #[inline(never)]
     fn loaded<S: Scalar>(
         &self,
-        reference: &Sphere,
+        reference: &Reference,
         eta: S,
         m: &Local<S>,
         y: &[S],
@@ -328,7 +328,7 @@ impl Piece {
 
     /// The membrane with what its own repulsion adds to its tensions, and the tangential and normal traction per reference area of
     /// everything but pressure and that.
-    pub fn balance<S: Scalar>(&self, reference: &Sphere, law: &Law, x: f64, y: &[S], p: &[S]) -> (Local<S>, [S; 2]) {
+    pub fn balance<S: Scalar>(&self, reference: &Reference, law: &Law, x: f64, y: &[S], p: &[S]) -> (Local<S>, [S; 2]) {
         let (a, b, rest) = self.ends(p);
         let eta = self.coordinate.at(x, a, b).0;
         let m = self.local(reference, law, eta, y);
@@ -343,7 +343,7 @@ impl Piece {
     }
 
     /// Contact pressure on the face that holds the piece, at a state of the membrane; zero on a free piece.
-    pub fn contact_pressure<S: Scalar>(&self, reference: &Sphere, law: &Law, x: f64, y: &[S], p: &[S]) -> S {
+    pub fn contact_pressure<S: Scalar>(&self, reference: &Reference, law: &Law, x: f64, y: &[S], p: &[S]) -> S {
         let (m, [_, push]) = self.balance(reference, law, x, y, p);
         let net = self.pressure.net(self.ends(p).2) + push / (m.lambda * m.mu);
         let Kind::Contact(face) = &self.kind else { return S::from(0.0) };

@@ -190,7 +190,7 @@ fn end_field<S: Scalar>(system: &System, s: usize, side: Side, field: Field, slo
         Field::Mu => mu,
         Field::U => mu * rho0(),
         Field::Phi => phi(),
-        Field::S => phi() * system.reference.radius,
+        Field::S => phi() * system.reference.radius(),
         Field::Rho0 => rho0(),
         Field::Tau => tau,
         Field::Height => y[3],

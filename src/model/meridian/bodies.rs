@@ -5,8 +5,9 @@ use super::rigid::Rigid;
 use crate::diagnostic::Diagnostic;
 use crate::model::names::Names;
 use crate::model::{Initial, facing, token};
+use crate::physics::reference::Reference;
 use crate::physics::surface::{Face, Facing, Generator};
-use crate::spec::{Number, Problem};
+use crate::spec::Problem;
 use std::f64::consts::PI;
 
 /// Places of a generator that are looked at for one at which it touches a sphere.
@@ -73,9 +74,11 @@ pub(super) fn touches(
     list: &List,
     rigid: &[Option<Rigid>],
     mirrored: bool,
-    radius: f64,
+    initial: &Initial,
     errors: &mut Vec<Diagnostic>,
 ) -> Option<Touches> {
+    let radius = initial.radius;
+    let sphere = matches!(initial.reference, Reference::Sphere { .. });
     let before = errors.len();
     let later = |at: usize| list.appearing.contains(&at);
     let count = list.segments.len();
@@ -87,7 +90,7 @@ pub(super) fn touches(
         };
         let f = &rigid[body].as_ref()?.faces[face];
         let at_pole = i == 0 || (i + 1 == count && !mirrored);
-        let found = touch(&f.face, f.range, radius, at_pole);
+        let found = (sphere || at_pole).then(|| touch(&f.face, f.range, radius, at_pole)).flatten();
         if found.is_none() {
             let why = if at_pole {
                 "it has no point on the axis"
@@ -109,6 +112,13 @@ pub(super) fn touches(
             continue;
         };
         let edge = &rigid[body].as_ref()?.edges[edge];
+        if !sphere && !later(joint.at) {
+            errors.push(
+                Diagnostic::error("no-first-touch", format!("a flat disc does not touch the edge `{name}` at first"))
+                    .at(format!("/meridian/{}", joint.at), "a kink without `appears` just touches the initial shape")
+                    .help("say when it appears: Kink(at: .., appears: OnTouch)"),
+            );
+        }
         let (said, face) = (&problem.bodies[body], facing(problem.bodies[body].facing));
         let sine = edge.at[0] / radius;
         if !(sine < 1.0) && !later(joint.at) {
@@ -140,7 +150,7 @@ pub(super) fn axial_place(
     initial: &Initial,
     list: &List,
     touches: &Touches,
-    mirror: Option<&Number>,
+    held: Option<f64>,
     initial_globals: &mut [f64],
     errors: &mut Vec<Diagnostic>,
 ) -> f64 {
@@ -153,11 +163,12 @@ pub(super) fn axial_place(
         facing: Facing,
         at: usize,
     }
+    let above = |phi: f64| r * initial.profile(phi)[1];
     let says = |body: usize, touch: &Touch, at: usize, errors: &mut Vec<Diagnostic>| -> Option<Says> {
         let (name, body) = problem.bodies.get_index(body)?;
         let pointer = format!("/bodies/{}/h", token(name));
         let h = names.at_start(&body.h, &pointer, errors)?;
-        Some(Says { middle: h + touch.drop + r * touch.phi.cos(), h, pointer, facing: facing(body.facing), at })
+        Some(Says { middle: h + touch.drop + above(touch.phi), h, pointer, facing: facing(body.facing), at })
     };
     let mut contacts = vec![];
     for (s, touch) in list.segments.iter().zip(&touches.contacts) {
@@ -173,14 +184,14 @@ pub(super) fn axial_place(
             rings.extend(says(*body, touch, joint.at, errors));
         }
     }
-    let middle = match mirror {
-        Some(h) => names.constant(h, "/meridian", errors).unwrap_or(0.0),
+    let middle = match held {
+        Some(h) => h,
         None => match contacts.iter().find(|c| c.facing == Facing::Up) {
             Some(up) => up.middle,
             None => contacts.first().or(rings.first()).map_or(0.0, |c| c.middle),
         },
     };
-    for c in contacts.iter().chain(rings.iter().skip(usize::from(contacts.is_empty() && mirror.is_none()))) {
+    for c in contacts.iter().chain(rings.iter().skip(usize::from(contacts.is_empty() && held.is_none()))) {
         // A body that looks down leaves a gap where the sphere stands below where it would touch.
         let below = middle - c.middle;
         let gap = if c.facing == Facing::Down { below } else { -below };
@@ -203,7 +214,7 @@ pub(super) fn axial_place(
     for (i, p) in names.pieces.iter().enumerate() {
         if let Some(g) = p.h0 {
             let phi = i.checked_sub(1).map_or(0.0, |joint| touches.joint(joint));
-            initial_globals[g] = middle - r * phi.cos();
+            initial_globals[g] = middle - above(phi);
         }
     }
     middle

@@ -89,17 +89,34 @@ impl Conditions<'_, '_> {
     }
 
     /// A mirror plane behind the last piece.
-    pub(super) fn mirror(&mut self, i: usize, h: &Number, at: &str) {
+    pub(super) fn mirror(&mut self, i: usize, h: &Number, height: Option<f64>) {
         let end = format!("{}.end", self.system.pieces[i].name);
         let origin = "end (Mirror)";
         let said = [format!("{end}: tau = pi/2"), format!("{end}.tau = pi/2"), origin.to_owned()];
         self.fixed(i, Side::End, Field::Tau, PI / 2.0, said);
-        let value = self.names.constant(h, at, self.errors).unwrap_or(0.0);
+        self.held(i, h, height, origin);
+    }
+
+    /// The end of the last piece is held at an axial position.
+    fn held(&mut self, i: usize, h: &Number, height: Option<f64>, origin: &str) {
+        let end = format!("{}.end", self.system.pieces[i].name);
+        let value = height.unwrap_or(0.0);
         self.add(format!("{end}: h"), format!("{end}.h = {}", bracket(h)), origin, &|b, x| {
             let h = x.h(b, i, Side::End)?;
             let v = b.constant(value);
             Ok(b.sub(h, v))
         });
+    }
+
+    /// A clamp that holds the rim behind the last piece.
+    pub(super) fn clamp(&mut self, i: usize, [u, h]: [&Number; 2], height: Option<f64>, at: &str) {
+        let end = format!("{}.end", self.system.pieces[i].name);
+        let origin = "end (Clamped)";
+        if let Some(value) = self.names.constant(u, &format!("{at}/u"), self.errors) {
+            let said = [format!("{end}: u"), format!("{end}.u = {}", bracket(u)), origin.to_owned()];
+            self.fixed(i, Side::End, Field::U, value, said);
+        }
+        self.held(i, h, height, origin);
     }
 
     /// A smooth contact edge behind a piece.

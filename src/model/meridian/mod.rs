@@ -14,6 +14,7 @@ use super::ledger::Ledger;
 use super::names::{JointName, Names, PieceName, Standing};
 use super::{Adhesion, Body, Initial, Presence, token};
 use crate::diagnostic::Diagnostic;
+use crate::physics::reference::Reference;
 use crate::physics::surface::{Facing, Surface};
 use crate::spec::{Element, KinkLaw, Number, Problem};
 use crate::system::{Coordinate, Kind, Piece, Place, Pressure, Side, System, tip_length};
@@ -48,6 +49,14 @@ pub struct Walk<'a> {
     pub heights: Vec<crate::system::Formula>,
 }
 
+/// How the meridian ends.
+#[derive(Clone, Copy, PartialEq)]
+enum End {
+    Pole,
+    Mirror,
+    Clamp,
+}
+
 /// Finds what is wrong with the list and the bodies, whatever the initial state is.
 pub fn examine(problem: &Problem, presence: &Presence, names: &Names, errors: &mut Vec<Diagnostic>) {
     read_list(problem, presence, errors);
@@ -69,18 +78,27 @@ pub fn walk<'a>(
     let List { first, segments, joints, last, last_at, .. } = &list;
     let pointer = |i: usize| format!("/meridian/{i}");
     let before = errors.len();
-    let mirror = match (first, last) {
-        (Element::Pole, Element::Pole) => None,
-        (Element::Pole, Element::Mirror { h }) => Some(h),
+    let disc = matches!(initial.reference, Reference::Disc { .. });
+    let mut held = |h: &Number, key: &str| names.constant(h, &format!("{}/{key}/h", pointer(*last_at)), errors);
+    // Where the membrane ends, and the axial position at which it is held there.
+    let (end, height) = match (first, last) {
+        (Element::Pole, Element::Pole) if !disc => (End::Pole, None),
+        (Element::Pole, Element::Mirror { h }) if !disc => (End::Mirror, held(h, "Mirror")),
+        (Element::Pole, Element::Clamped { h, .. }) if disc => (End::Clamp, held(h, "Clamped")),
         _ => {
-            errors.push(
-                Diagnostic::error("not-supported", "these ends cannot be solved by this version")
-                    .at("/meridian", "supported: a pole first, a pole or a mirror last"),
-            );
+            errors.push(Diagnostic::error("not-supported", "these ends cannot be solved by this version").at(
+                "/meridian",
+                if disc {
+                    "of a disc: a pole first, a clamp last"
+                } else {
+                    "supported: a pole first, a pole or a mirror last"
+                },
+            ));
             return None;
         }
     };
-    let images = if mirror.is_some() { 2.0 } else { 1.0 };
+    let images = if end == End::Mirror { 2.0 } else { 1.0 };
+    let open = end != End::Pole;
     let bodies: Vec<Option<Rigid>> = (0..problem.bodies.len()).map(|b| rigid(problem, &names, b, errors)).collect();
 
     // What holds each segment, and on which side it is met.
@@ -95,7 +113,7 @@ pub fn walk<'a>(
         let Some(rigid) = &bodies[body] else { continue };
         let face = &rigid.faces[face].face;
         let at_start = i == 0;
-        let at_end = i + 1 == count && mirror.is_none();
+        let at_end = i + 1 == count && !open;
         if at_start && at_end {
             errors.push(
                 Diagnostic::error("all-contact", "the whole membrane would lie on one body")
@@ -120,7 +138,7 @@ pub fn walk<'a>(
         return None;
     }
     // The material places at which edges and contacts touch the initial sphere.
-    let touches = touches(problem, &list, &bodies, mirror.is_some(), initial.radius, errors)?;
+    let touches = touches(problem, &list, &bodies, open, initial, errors)?;
     if errors.len() > before {
         return None;
     }
@@ -169,7 +187,7 @@ pub fn walk<'a>(
         };
         ledger.unknown(format!("place of {name}"), "where two segments meet".into(), origin.into());
         globals.push(format!("place of {name}"));
-        let start = (0.5 * touches.joint(i)).tan().ln();
+        let start = initial.reference.eta(touches.joint(i));
         // At a pole the size of a first contact says more.
         initial_globals.push(if start.abs() < 30.0 { start } else { 0.0 });
         if !matches!(joint.kind, JointKind::Smooth) {
@@ -213,7 +231,7 @@ pub fn walk<'a>(
     let mut pieces = vec![];
     for (i, (s, kind)) in segments.iter().zip(&kinds).enumerate() {
         let from = if i == 0 { Place::Pole } else { Place::Unknown(i - 1) };
-        let to = match (i + 1 == count, mirror.is_some()) {
+        let to = match (i + 1 == count, open) {
             (false, _) => Place::Unknown(i),
             (true, true) => Place::Fixed(0.0),
             (true, false) => Place::Pole,
@@ -234,7 +252,7 @@ pub fn walk<'a>(
         };
         // Behind a contact between two other segments stands what stands outside the free one that it continues smoothly.
         let behind = match (kind, i.checked_sub(1)) {
-            (Kind::Contact(_), Some(j)) if i + 1 < count || mirror.is_some() => {
+            (Kind::Contact(_), Some(j)) if i + 1 < count || open => {
                 if matches!(joints[j].kind, JointKind::Smooth) || i + 1 == count {
                     &segments[j]
                 } else {
@@ -263,7 +281,7 @@ pub fn walk<'a>(
         });
     }
     let mut names = names.with_pieces(piece_names, joint_names, list.absent.clone(), pieces.clone(), images);
-    let middle = axial_place(problem, &names, initial, &list, &touches, mirror, &mut initial_globals, errors);
+    let middle = axial_place(problem, &names, initial, &list, &touches, height, &mut initial_globals, errors);
     names.standing = Some(Standing { middle, joints: (0..count - 1).map(|i| touches.joint(i)).collect() });
     super::tractions::apply(problem, &mut names, &mut pieces, errors);
     names.set_shapes(&pieces);
@@ -304,9 +322,13 @@ pub fn walk<'a>(
             }
         }
         if i + 1 == count {
-            match mirror {
-                None => conditions.pole(i, Side::End),
-                Some(h) => conditions.mirror(i, h, &format!("{}/Mirror/h", pointer(*last_at))),
+            match (end, last) {
+                (End::Mirror, Element::Mirror { h }) => conditions.mirror(i, h, height),
+                (End::Clamp, Element::Clamped { u, h }) => {
+                    let at = format!("{}/Clamped", pointer(*last_at));
+                    conditions.clamp(i, [u, h], height, &at);
+                }
+                _ => conditions.pole(i, Side::End),
             }
         }
     }

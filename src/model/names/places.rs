@@ -161,7 +161,8 @@ impl Binder<'_, '_> {
         let (i, standing) = (self.names.initial.as_ref()?, self.names.standing.as_ref()?);
         let (place, field) = name.rsplit_once('.')?;
         let last = self.names.pieces.len().checked_sub(1)?;
-        let at = |joint: Option<usize>| joint.map_or(0.0, |j| standing.joints.get(j).copied().unwrap_or(PI));
+        let end = i.last_phi();
+        let at = |joint: Option<usize>| joint.map_or(0.0, |j| standing.joints.get(j).copied().unwrap_or(end));
         let phi = match place {
             "membrane.start" => 0.0,
             "membrane.end" => at(Some(last)),
@@ -179,11 +180,12 @@ impl Binder<'_, '_> {
             }
         };
         Some(match field {
-            "phi" | "tau" => phi,
-            "S" => phi * i.reference.radius,
-            "rho0" => i.reference.radius * phi.sin(),
-            "u" => i.radius * phi.sin(),
-            "h" => standing.middle - i.radius * phi.cos(),
+            "phi" => phi,
+            "tau" => i.tau(phi),
+            "S" => phi * i.reference.radius(),
+            "rho0" => i.reference.radius() * i.profile(phi)[0],
+            "u" => i.radius * i.profile(phi)[0],
+            "h" => standing.middle - i.radius * i.profile(phi)[1],
             "lambda" | "mu" => i.stretch,
             "w_l" | "w_m" => i.tension,
             _ => return None,
@@ -202,9 +204,8 @@ impl Binder<'_, '_> {
             let Some(i) = self.names.initial.as_ref() else {
                 return Err(ExprError::new("no-initial", span, "the reference shape is not known yet here").into());
             };
-            let r = i.reference.radius;
             return match rest {
-                "volume" => Ok(builder.constant(4.0 / 3.0 * PI * r.powi(3))),
+                "volume" => Ok(builder.constant(i.reference.volume())),
                 "area" => Ok(builder.constant(i.reference.area())),
                 _ => Err(unknown(format!("`{name}` is not known"), "reference.volume, reference.area".into())),
             };
