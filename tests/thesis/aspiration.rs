@@ -528,8 +528,10 @@ fn tensions(r0: f64, sets: &Sets, narrow: &[Branch], entries: &mut Vec<Entry>) {
                 if s.is_admissible() {
                     continue;
                 }
-                for r in s.rows(|_| true).iter().filter(|r| r.w_m < 0.0) {
-                    range = (range.0.min(r.phi / PI), range.1.max(r.phi / PI));
+                // Between two points of the mesh, so that the mesh does not show.
+                for r in s.rows(|_| true).windows(2).filter(|r| r[0].w_m * r[1].w_m < 0.0) {
+                    let at = r[0].phi + (r[1].phi - r[0].phi) * r[0].w_m / (r[0].w_m - r[1].w_m);
+                    range = (range.0.min(at / PI), range.1.max(at / PI));
                 }
             }
             Compressed { first, range }
