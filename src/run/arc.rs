@@ -48,10 +48,17 @@ impl Tracer {
                 Ok(next) => {
                     // The tangent of `next` is per unit of arclength along `direction`, so it points onwards.
                     if self.rate(&next) * toward <= 0.0 {
-                        let turn = self.turn(&next, &slots, &direction, base, ds)?;
+                        let (turn, at) = self.turn(&next, &slots, &direction, base, ds)?;
                         self.happen("fold", self.model.branch.control.clone(), self.model.stage(), turn.clone());
-                        self.report(Reason::Fold, None, turn);
-                        self.history = vec![next];
+                        self.report(Reason::Fold, None, turn.clone());
+                        // Not beyond an event: it is found on the way back.
+                        let mut beyond = next;
+                        let mut left = ds - at;
+                        while self.passes(&turn, &beyond) && left > least * (ds - at) {
+                            left *= 0.5;
+                            beyond = self.along(&turn, &slots, &direction, base + at + left).map_err(Stop::Halt)?;
+                        }
+                        self.history = vec![beyond];
                         self.entered = false;
                         return Err(Stop::Turned);
                     }
@@ -90,7 +97,8 @@ impl Tracer {
         Err(Stop::Halt(halt))
     }
 
-    /// The state in which the control is stationary, between the state at arclength 0 and `b`, at `ds`, which is beyond it.
+    /// The state in which the control is stationary, between the state at arclength 0 and `b`, at `ds`, which is beyond it, and its
+    /// arclength.
     pub(super) fn turn(
         &mut self,
         b: &Solution,
@@ -98,25 +106,21 @@ impl Tracer {
         direction: &[f64],
         base: f64,
         ds: f64,
-    ) -> Result<Solution, Stop> {
+    ) -> Result<(Solution, f64), Stop> {
         // Positive before the turn, negative after it. The rate of `a` is per unit of its own closing condition: its size is unknown.
         let beyond = self.rate(b).signum();
         let (mut xa, mut xb, mut gb) = (0.0, ds, -self.rate(b).abs());
         let mut ga = gb.abs();
         let (end, size) = (ds, ga);
-        let mut best = b.clone();
+        let (mut best, mut at) = (b.clone(), ds);
         for _ in 0..60 {
             let mut x = (xa * gb - xb * ga) / (gb - ga);
             if !x.is_finite() || (x - xa) * (x - xb) >= 0.0 {
                 x = 0.5 * (xa + xb);
             }
-            let (mut disc, mut z) = (best.disc.clone(), best.state.clone());
-            self.system.closing =
-                Closing::Arc { slots: slots.to_vec(), direction: direction.to_vec(), target: base + x };
-            let s = state::solve(&self.model, &mut self.system, &mut disc, &mut z, &self.typical, &mut self.work)
-                .map_err(Stop::Halt)?;
+            let s = self.along(&best, slots, direction, base + x).map_err(Stop::Halt)?;
             let g = -self.rate(&s) * beyond;
-            best = s;
+            (best, at) = (s, x);
             if g.abs() <= 1e-13 * size || (xb - xa).abs() <= 1e-12 * end {
                 break;
             }
@@ -129,6 +133,13 @@ impl Tracer {
                 ga *= if xa == 0.0 { 1.0 } else { 0.5 };
             }
         }
-        Ok(best)
+        Ok((best, at))
+    }
+
+    /// The state at an arclength, from one nearby.
+    fn along(&mut self, near: &Solution, slots: &[usize], direction: &[f64], target: f64) -> Result<Solution, Halt> {
+        let (mut disc, mut z) = (near.disc.clone(), near.state.clone());
+        self.system.closing = Closing::Arc { slots: slots.to_vec(), direction: direction.to_vec(), target };
+        state::solve(&self.model, &mut self.system, &mut disc, &mut z, &self.typical, &mut self.work)
     }
 }

@@ -57,8 +57,10 @@ pub struct Event {
     pub stage_before: String,
     /// The stage after it.
     pub stage_after: String,
-    /// The state.
+    /// The state, in the stage before.
     pub solution: Solution,
+    /// The problem in that stage.
+    pub model: Arc<Model>,
 }
 
 /// Whether all was found that was asked for.

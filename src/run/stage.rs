@@ -15,7 +15,8 @@ const FRESH: f64 = 1e-6;
 
 impl Tracer {
     pub(super) fn happen(&mut self, kind: &'static str, of: String, stage_after: String, solution: Solution) {
-        self.outcome.events.push(Event { kind, of, stage_before: self.model.stage(), stage_after, solution });
+        let (stage_before, model) = (self.model.stage(), self.model.clone());
+        self.outcome.events.push(Event { kind, of, stage_before, stage_after, solution, model });
     }
 
     /// Limit points and stops between two states, in the order of the control.
@@ -104,6 +105,19 @@ impl Tracer {
             }
         }
         Ok(first.map(|(_, change, s)| (change, s)))
+    }
+
+    /// True if an element of the meridian appears or vanishes between two states.
+    pub(super) fn passes(&self, a: &Solution, b: &Solution) -> bool {
+        self.model.changes.iter().any(|change| {
+            let g = |s: &Solution| watched(&self.model, change, s);
+            let (Some(ga), Some(gb)) = (g(a), g(b)) else { return false };
+            match change.when {
+                When::Formula(_) | When::Exceeded(_) => ga * gb < 0.0,
+                When::Length(_) | When::Pressure(_) => ga > 1e-9 && gb < 0.0,
+                When::Motion(..) => false,
+            }
+        })
     }
 
     /// Goes on from a state in another stage.
