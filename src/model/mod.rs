@@ -26,7 +26,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::expr;
 use crate::physics::surface::Facing;
 use crate::spec::{self, Element, Number, Problem, Sweep};
-use crate::system::{Formula, Probe, System};
+use crate::system::{Formula, Probe, Reading, System};
 use names::Names;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -136,6 +136,8 @@ pub struct Model {
     pub heights: Vec<Formula>,
     /// Known conditions that the file does not necessarily have, by name: what may close a set that leaves something free.
     pub known_conditions: Vec<(String, Formula)>,
+    /// Numbers that are read off fields.
+    pub readings: Vec<Reading>,
     /// What is right, but probably not meant.
     pub warnings: Vec<Diagnostic>,
 }
@@ -290,6 +292,10 @@ fn understand(
     }
     reported::unused(problem, &names, errors);
     let expectations = reported::expectations(problem, &names, errors);
+    for (piece, field) in names.integrals.take() {
+        system.integrate(piece, field);
+    }
+    let readings = names.readings.take();
     unused_parameters(problem, errors);
     Some(Model {
         title: problem.title.clone(),
@@ -315,6 +321,7 @@ fn understand(
         images,
         heights,
         known_conditions,
+        readings,
         warnings: vec![],
     })
 }

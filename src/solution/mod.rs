@@ -6,6 +6,7 @@
 
 mod certificate;
 mod profile;
+mod reading;
 mod view;
 
 pub use certificate::Certificate;

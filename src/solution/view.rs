@@ -120,6 +120,7 @@ impl<'a> View<'a> {
             Probe::Reported(s, q) => Some(self.reported(s, q)),
             Probe::LargestRadius => Some(*self.largest_radius.get_or_init(|| self.find_largest_radius())),
             Probe::TipCoefficient(s, side) => self.tip_coefficient(s, side),
+            Probe::Reading(i) => self.read(&self.model.readings[i]),
             Probe::Absent => None,
             Probe::End(s, side, field) if self.is_infinite_field(s, side, field) => None,
             _ => Some(probe.value(self.system, &|slot| self.slot(slot))),
@@ -140,7 +141,12 @@ impl<'a> View<'a> {
 
     /// True if a formula depends on something that is infinite at a tip.
     pub fn is_infinite(&self, formula: &Formula) -> bool {
-        formula.probes().any(|p| matches!(*p, Probe::End(s, side, field) if self.is_infinite_field(s, side, field)))
+        formula.probes().any(|p| match *p {
+            Probe::End(s, side, field) => self.is_infinite_field(s, side, field),
+            // Largest at a tip is largest without bound.
+            Probe::Reading(i) => self.read(&self.model.readings[i]).is_none(),
+            _ => false,
+        })
     }
 
     fn is_tip(&self, s: usize, side: Side) -> bool {

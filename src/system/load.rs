@@ -33,6 +33,14 @@ pub enum Variable {
     S,
     /// Reference radius.
     Rho0,
+    /// Energy per reference area.
+    W,
+    /// Meridional tension per reference length.
+    TensionL,
+    /// Hoop tension per reference length.
+    TensionM,
+    /// Contact pressure; zero where nothing is touched.
+    ContactPressure,
 }
 
 /// A component of a load.
@@ -76,6 +84,33 @@ pub struct Site<S> {
     pub phi: S,
     /// Reference arc length.
     pub arc: S,
+    /// Contact pressure, where a field asks for it.
+    pub pressed: S,
+}
+
+impl<S: Scalar> Site<S> {
+    /// The value of a variable that is no global.
+    ///
+    /// # Panics
+    /// For globals, which have no place.
+    pub fn value(&self, variable: Variable) -> S {
+        let m = &self.local;
+        match variable {
+            Variable::Global(_) => unreachable!("a global has no place"),
+            Variable::U => m.u(),
+            Variable::H => self.h,
+            Variable::Tau => self.tau,
+            Variable::Lambda => m.lambda,
+            Variable::Mu => m.mu,
+            Variable::Phi => self.phi,
+            Variable::S => self.arc,
+            Variable::Rho0 => m.rho0,
+            Variable::W => m.response.w,
+            Variable::TensionL => m.response.w_l,
+            Variable::TensionM => m.response.w_m,
+            Variable::ContactPressure => self.pressed,
+        }
+    }
 }
 
 impl Load {
@@ -93,14 +128,7 @@ impl Load {
             .iter()
             .map(|v| match v {
                 Variable::Global(_) => *next.next().expect("a value for each global"),
-                Variable::U => m.u(),
-                Variable::H => site.h,
-                Variable::Tau => site.tau,
-                Variable::Lambda => m.lambda,
-                Variable::Mu => m.mu,
-                Variable::Phi => site.phi,
-                Variable::S => site.arc,
-                Variable::Rho0 => m.rho0,
+                v => site.value(*v),
             })
             .collect();
         let (mut work, mut out) = (vec![], vec![S::from(0.0); self.components.len()]);

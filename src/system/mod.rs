@@ -9,6 +9,7 @@
 
 mod charge;
 mod coordinate;
+mod field;
 mod load;
 mod piece;
 mod probe;
@@ -17,6 +18,7 @@ mod tip;
 
 pub use charge::{renew, rests};
 pub use coordinate::{Coordinate, Place, tip_length};
+pub use field::{FieldFormula, Reading, What};
 pub use load::{Component, Load, Site, Variable, along};
 pub use piece::{Kind, LOADS_AT, MOST_LOADS, Piece, Pressure};
 pub use probe::{Field, Probe, Side};
@@ -89,6 +91,14 @@ impl System {
         let layout = Layout { segments, globals };
         let closing = Closing::Arc { slots: vec![], direction: vec![], target: 0.0 };
         System { reference, law, pieces, conditions: vec![], closing, layout }
+    }
+
+    /// Adds the integral of a field over the reference area of a piece to what is reported of it; the place of the integral there.
+    pub fn integrate(&mut self, piece: usize, field: std::sync::Arc<FieldFormula>) -> usize {
+        let at = self.pieces[piece].reported();
+        self.pieces[piece].integrals.push(field);
+        self.layout.segments[piece].reported += 1;
+        at
     }
 
     /// True where the membrane repels itself.

@@ -1,5 +1,6 @@
 //! A piece of the meridian: its states, its equations, its quadratures.
 
+use super::field::FieldFormula;
 use super::load::{Load, Site, along};
 use super::repulsion::Repulsion;
 use super::{Coordinate, Place};
@@ -106,6 +107,8 @@ pub struct Piece {
     pub apex: Option<(Tape, Vec<usize>)>,
     /// Its own screened repulsion.
     pub repulsion: Option<Repulsion>,
+    /// Fields whose integrals over the reference area are reported.
+    pub integrals: Vec<Arc<FieldFormula>>,
 }
 
 /// The place of a point of the membrane.
@@ -133,8 +136,13 @@ impl Piece {
     }
 
     /// Quadratures that are only reported: elastic energy, deformed area, length of the meridian (free), reference area, the axial force of
-    /// each load, and the axial force and the energy of its own repulsion.
+    /// each load, the axial force and the energy of its own repulsion, and integrals of fields.
     pub fn reported(&self) -> usize {
+        self.integrals_at() + self.integrals.len()
+    }
+
+    /// The place of the first integral of a field among what is reported.
+    pub fn integrals_at(&self) -> usize {
         LOADS_AT + self.loads.len() + 2 * usize::from(self.repulsion.is_some())
     }
 
@@ -186,7 +194,7 @@ impl Piece {
         };
         let phi = reference.phi(eta);
         let h = if self.reach == 1.0 { h } else { (h - self.level) * self.reach + self.level };
-        let site = Site { local: *local, tau, h, phi, arc: phi * reference.radius() };
+        let site = Site { local: *local, tau, h, phi, arc: phi * reference.radius(), pressed: S::from(0.0) };
         for (i, load) in self.loads.iter().enumerate() {
             let (own, others) = rest.split_at(load.globals().count());
             each(i, load.force(&site, own));
@@ -299,6 +307,12 @@ impl Piece {
                     *o = m.rho0 * *force * measure * (2.0 * PI);
                 }
             }
+            if !self.integrals.is_empty() {
+                let site = self.site(reference, law, x, y, p);
+                for (o, field) in out[self.integrals_at()..].iter_mut().zip(&self.integrals) {
+                    *o = m.rho0 * measure * (2.0 * PI) * field.at(&site);
+                }
+            }
             if let Some(repulsion) = &self.repulsion {
                 let [_, axial] = repulsion.rest(x, m.rho0);
                 let out = &mut out[self.repulsion_at()..];
@@ -340,6 +354,22 @@ impl Piece {
                 (repulsion.added_to(&m), [t + rt, n + rn])
             }
         }
+    }
+
+    /// What fields see at a state of the piece; h is left out.
+    #[inline(never)]
+    pub fn site<S: Scalar>(&self, reference: &Reference, law: &Law, x: f64, y: &[S], p: &[S]) -> Site<S> {
+        let (a, b, _) = self.ends(p);
+        self.site_at(reference, law, x, self.coordinate.at(x, a, b).0, y, p)
+    }
+
+    /// The same where eta carries directions of its own.
+    pub fn site_at<S: Scalar>(&self, reference: &Reference, law: &Law, x: f64, eta: S, y: &[S], p: &[S]) -> Site<S> {
+        let local = self.local(reference, law, eta, y);
+        let (_, tau) = self.shape(local.rho0, y);
+        let phi = reference.phi(eta);
+        let pressed = self.contact_pressure(reference, law, x, y, p);
+        Site { local, tau, h: S::from(0.0), phi, arc: phi * reference.radius(), pressed }
     }
 
     /// Contact pressure on the face that holds the piece, at a state of the membrane; zero on a free piece.

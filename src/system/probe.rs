@@ -68,6 +68,8 @@ pub enum Probe {
     Here(Variable),
     /// Largest radius of all pieces. Not for conditions.
     LargestRadius,
+    /// A number read off a field, by its place in the list of the model. Not for conditions.
+    Reading(usize),
     /// A limit at an element that is absent in this stage: it has no value.
     Absent,
     /// The coefficient C in lambda ~ C phi^(cos a - 1) at the start or end of a piece. Not for conditions.
@@ -79,7 +81,12 @@ impl Probe {
     pub fn is_local(&self) -> bool {
         !matches!(
             self,
-            Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent | Probe::Here(_)
+            Probe::Reported(..)
+                | Probe::LargestRadius
+                | Probe::Reading(_)
+                | Probe::TipCoefficient(..)
+                | Probe::Absent
+                | Probe::Here(_)
         )
     }
 
@@ -111,8 +118,12 @@ impl Probe {
                 Probe::End(s, Side::Start, Field::Along).slots(system, out);
                 Probe::End(s, Side::End, Field::Along).slots(system, out);
             }
-            Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent | Probe::Here(_) => {
-            }
+            Probe::Reported(..)
+            | Probe::LargestRadius
+            | Probe::Reading(_)
+            | Probe::TipCoefficient(..)
+            | Probe::Absent
+            | Probe::Here(_) => {}
         }
     }
 
@@ -142,7 +153,12 @@ impl Probe {
                     }
                 }
             },
-            Probe::Reported(..) | Probe::LargestRadius | Probe::TipCoefficient(..) | Probe::Absent | Probe::Here(_) => {
+            Probe::Reported(..)
+            | Probe::LargestRadius
+            | Probe::Reading(_)
+            | Probe::TipCoefficient(..)
+            | Probe::Absent
+            | Probe::Here(_) => {
                 unreachable!("only local probes have a value in slots")
             }
         }

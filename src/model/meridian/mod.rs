@@ -278,6 +278,7 @@ pub fn walk<'a>(
             level: 0.0,
             apex: None,
             repulsion: None,
+            integrals: vec![],
         });
     }
     let mut names = names.with_pieces(piece_names, joint_names, list.absent.clone(), pieces.clone(), images);

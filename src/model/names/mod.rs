@@ -2,11 +2,12 @@
 //!
 //! [`Names`] knows everything that has a name: parameters, unknowns, definitions, bodies, and, once the meridian is walked,
 //! its pieces and joints. It is filled in steps, and a formula may use what is known at its step (`Level`). [`formulas`]
-//! turns the texts of a file into formulas of the solution, [`scope`] gives bare names their meaning, and [`places`] dotted
-//! ones, such as `cone.end.u`.
+//! turns the texts of a file into formulas of the solution, [`scope`] gives bare names their meaning, [`places`] dotted
+//! ones, such as `cone.end.u`, and [`readings`] calls, such as `membrane.max(w_l)`.
 
 mod formulas;
 mod places;
+mod readings;
 mod scope;
 
 pub use scope::Binder;
@@ -15,7 +16,7 @@ use super::{Initial, formula_errors, token};
 use crate::diagnostic::Diagnostic;
 use crate::expr::{self, Builder};
 use crate::spec::{Number, Problem};
-use crate::system::Piece;
+use crate::system::{FieldFormula, Piece, Reading};
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 
@@ -87,6 +88,10 @@ pub struct Names<'a> {
     /// The initial membrane, once it is known where it stands.
     pub standing: Option<Standing>,
     shapes: Vec<Piece>,
+    /// Fields whose integrals over a piece are asked for.
+    pub integrals: RefCell<Vec<(usize, std::sync::Arc<FieldFormula>)>>,
+    /// Numbers read off fields.
+    pub readings: RefCell<Vec<Reading>>,
     /// The unknowns that conditions depend on.
     pub used: HashSet<String>,
     touched: RefCell<HashSet<String>>,
@@ -121,6 +126,8 @@ impl<'a> Names<'a> {
             images: 1.0,
             standing: None,
             shapes: vec![],
+            integrals: RefCell::default(),
+            readings: RefCell::default(),
             used: HashSet::new(),
             touched: RefCell::default(),
         };

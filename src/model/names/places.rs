@@ -91,7 +91,7 @@ impl Binder<'_, '_> {
         total
     }
 
-    fn scaled(&self, builder: &mut Builder, node: Node) -> Node {
+    pub(super) fn scaled(&self, builder: &mut Builder, node: Node) -> Node {
         let images = builder.constant(self.names.images);
         builder.mul(node, images)
     }
@@ -148,7 +148,7 @@ impl Binder<'_, '_> {
     }
 
     /// The pieces of the contact to which a piece belongs: itself, or all of the faces that meet smoothly where it is the first.
-    fn group(&self, s: usize) -> Vec<usize> {
+    pub(super) fn group(&self, s: usize) -> Vec<usize> {
         let piece = &self.names.pieces[s];
         if piece.chain == 1 || piece.part > 0 {
             return vec![s];

@@ -17,6 +17,8 @@ pub struct Binder<'n, 'a> {
     pub(super) condition: bool,
     /// True where fields of the local state have a meaning.
     pub(super) here: bool,
+    /// True where tensions are fields, too: a traction cannot depend on them.
+    pub(super) field: bool,
     /// The one name that is an input.
     pub(super) variable: Option<&'static str>,
     pub(super) probes: Vec<Probe>,
@@ -34,6 +36,7 @@ impl<'n, 'a> Binder<'n, 'a> {
             level,
             condition,
             here: false,
+            field: false,
             variable: None,
             probes: vec![],
             nodes: HashMap::new(),
@@ -185,6 +188,10 @@ impl Scope for Binder<'_, '_> {
             "phi" => Some(Variable::Phi),
             "S" => Some(Variable::S),
             "rho0" => Some(Variable::Rho0),
+            "w" if self.field => Some(Variable::W),
+            "w_l" if self.field => Some(Variable::TensionL),
+            "w_m" if self.field => Some(Variable::TensionM),
+            "p_c" if self.field => Some(Variable::ContactPressure),
             _ => None,
         };
         if let Some(variable) = here {
@@ -207,21 +214,7 @@ impl Scope for Binder<'_, '_> {
     }
 
     fn call(&mut self, builder: &mut Builder, name: &str, arguments: &[Argument], span: Range<usize>) -> Bound {
-        let whole = ["membrane.max"];
-        if whole.contains(&name) && self.level == Level::Full {
-            return match arguments {
-                [Argument { name: None, value, .. }] if value.as_name() == Some("u") => {
-                    Ok(self.probe(builder, Probe::LargestRadius))
-                }
-                _ => Err(ExprError::new("not-supported", span, "this version finds the largest radius only")
-                    .help("membrane.max(u)")
-                    .into()),
-            };
-        }
-        let at = span.start..span.start + name.len();
-        Err(ExprError::new("unknown-name", at, format!("there is no `{name}(..)` to call here"))
-            .help("membrane.max(u)")
-            .into())
+        self.reading(builder, name, arguments, span)
     }
 
     fn unit(&mut self, unit: &expr::Unit) -> Result<f64, ExprError> {
