@@ -37,4 +37,6 @@ mod tests;
 pub use error::{CODES, ExprError, nearest};
 pub use parse::{MAX_DEPTH, MAX_LENGTH, parse, parse_equation};
 pub use tape::{Builder, Node, Scope, Tape, constant};
-pub use tree::{Argument, Expr, Function, Operator, Part, Term, Unit, UnitKind, is_identifier, is_reserved};
+pub use tree::{
+    Argument, Expr, Function, Operator, Part, Term, Unit, UnitKind, has_meaning, is_identifier, is_reserved,
+};

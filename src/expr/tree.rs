@@ -311,5 +311,11 @@ pub fn is_identifier(text: &str) -> bool {
 
 /// Whether the language itself gives `name` a meaning (`pi`, a function) or refuses it (`if`), so that nobody may declare it.
 pub fn is_reserved(name: &str) -> bool {
-    name == "pi" || Function::named(name).is_some() || super::parse::refused(name).is_some()
+    has_meaning(name) || super::parse::refused(name).is_some()
+}
+
+/// Whether the language itself gives `name` a meaning. What it only refuses when called, such as `floor`, may still name a body, whose
+/// name is never called.
+pub fn has_meaning(name: &str) -> bool {
+    name == "pi" || Function::named(name).is_some()
 }

@@ -251,7 +251,7 @@ impl<'a> Names<'a> {
                         Diagnostic::error("malformed-name", format!("`{name}` cannot be used in a formula"))
                             .at_key(pointer.clone(), "letters, digits and _, not starting with a digit"),
                     );
-                } else if expr::is_reserved(name)
+                } else if (if *block == "bodies" { expr::has_meaning(name) } else { expr::is_reserved(name) })
                     || LOCAL.contains(&name.as_str())
                     || ["p_f", "membrane", "initial", "reference"].contains(&name.as_str())
                 {
