@@ -1,9 +1,10 @@
 //! The initial state: the fluid alone, no body, in closed form.
 
+use super::material;
 use super::names::Names;
 use super::tractions::sphere_repulsion;
 use crate::diagnostic::Diagnostic;
-use crate::physics::material::{Energy, Gent, Law, MooneyRivlin, NeoHookean, Skalak};
+use crate::physics::material::{Energy, Law};
 use crate::physics::reference::Sphere;
 use crate::spec::{self, Problem};
 use std::f64::consts::PI;
@@ -79,59 +80,6 @@ fn positive(names: &Names, n: &spec::Number, pointer: &str, what: &str, errors: 
     None
 }
 
-fn law(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -> Option<Law> {
-    use spec::Material as M;
-    let at = |tail: &str| format!("/material/{tail}");
-    let shear = "the shear modulus";
-    let name = match &problem.material {
-        M::NeoHookean { shear_modulus } => {
-            let g = positive(names, shear_modulus, &at("NeoHookean/shear_modulus"), shear, errors)?;
-            return Some(NeoHookean { shear_modulus: g }.into());
-        }
-        M::MooneyRivlin { c1, c2 } => {
-            let c1 = positive(names, c1, &at("MooneyRivlin/c1"), "c1", errors);
-            let pointer = at("MooneyRivlin/c2");
-            let c2 = names.constant(c2, &pointer, errors)?;
-            if c2 < 0.0 {
-                let d = Diagnostic::error("not-positive", format!("c2 must not be negative, not {c2}"));
-                errors.push(d.at(pointer, format!("is {c2}")));
-                return None;
-            }
-            return Some(MooneyRivlin { c1: c1?, c2 }.into());
-        }
-        M::Skalak { shear_modulus, area_ratio } => {
-            let g = positive(names, shear_modulus, &at("Skalak/shear_modulus"), shear, errors);
-            let pointer = at("Skalak/area_ratio");
-            let c = names.constant(area_ratio, &pointer, errors)?;
-            // w_ll - w_lm = 2 G and w_ll + w_lm = 2 G (1 + 2 C): stable against dilatation only above -1/2.
-            if c <= -0.5 {
-                let d = Diagnostic::error("not-positive", format!("the area ratio must exceed -1/2, not be {c}"));
-                errors.push(d.at(pointer, "no stiffness against dilatation"));
-                return None;
-            }
-            return Some(Skalak { shear_modulus: g?, area_ratio: c }.into());
-        }
-        M::Gent { shear_modulus, locking } => {
-            let g = positive(names, shear_modulus, &at("Gent/shear_modulus"), shear, errors);
-            let j = positive(names, locking, &at("Gent/locking"), "the locking value", errors);
-            return Some(Gent { shear_modulus: g?, locking: j? }.into());
-        }
-        M::Ogden(_) => "Ogden",
-        M::Yeoh(_) => "Yeoh",
-        M::Fung { .. } => "Fung",
-        M::Varga { .. } => "Varga",
-        M::EvansSkalak { .. } => "EvansSkalak",
-        M::Hooke { .. } => "Hooke",
-        M::Energy(_) => "Energy",
-    };
-    errors.push(
-        Diagnostic::error("not-supported", format!("the material {name} cannot be solved by this version"))
-            .at("/material", "not supported yet")
-            .help("supported: NeoHookean, MooneyRivlin, Skalak, Gent"),
-    );
-    None
-}
-
 /// Understands reference shape, material and initial state.
 pub fn resolve(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -> Option<Initial> {
     let reference = match &problem.reference {
@@ -150,7 +98,7 @@ pub fn resolve(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -
             None
         }
     };
-    let law = law(problem, names, errors);
+    let law = material::law(problem, names, errors);
     let stretch = stretch(problem, names, reference.as_ref(), law.as_ref(), errors);
     let unloaded = problem.initial == spec::Initial::Unloaded;
     if !unloaded && problem.fluid.is_none() {

@@ -10,13 +10,27 @@ use std::ops::Range;
 /// How deep definitions may use each other.
 const MAX_CHAIN: usize = 64;
 
+/// The fields of the local state that a traction may use.
+pub(super) const FIELDS: &[(&str, Variable)] = &[
+    ("u", Variable::U),
+    ("h", Variable::H),
+    ("tau", Variable::Tau),
+    ("lambda", Variable::Lambda),
+    ("mu", Variable::Mu),
+    ("phi", Variable::Phi),
+    ("S", Variable::S),
+    ("rho0", Variable::Rho0),
+];
+/// Those that an energy may use.
+pub(super) const STRETCHES: &[(&str, Variable)] = &[("lambda", Variable::Lambda), ("mu", Variable::Mu)];
+
 /// The scope of one formula: binds its names to constants and probes.
 pub struct Binder<'n, 'a> {
     pub(super) names: &'n Names<'a>,
     pub(super) level: Level,
     pub(super) condition: bool,
-    /// True where fields of the local state have a meaning.
-    pub(super) here: bool,
+    /// The fields of the local state that have a meaning.
+    pub(super) here: &'static [(&'static str, Variable)],
     pub(super) probes: Vec<Probe>,
     nodes: HashMap<String, Node>,
     stack: Vec<String>,
@@ -27,7 +41,7 @@ pub(super) type Bound = Result<Node, Vec<ExprError>>;
 
 impl<'n, 'a> Binder<'n, 'a> {
     pub(super) fn new(names: &'n Names<'a>, level: Level, condition: bool) -> Self {
-        Binder { names, level, condition, here: false, probes: vec![], nodes: HashMap::new(), stack: vec![] }
+        Binder { names, level, condition, here: &[], probes: vec![], nodes: HashMap::new(), stack: vec![] }
     }
 
     /// The node of a probe.
@@ -161,20 +175,15 @@ impl Scope for Binder<'_, '_> {
             self.nodes.insert(name.to_owned(), node);
             return Ok(node);
         }
-        let here = match name {
-            _ if !self.here => None,
-            "u" => Some(Variable::U),
-            "h" => Some(Variable::H),
-            "tau" => Some(Variable::Tau),
-            "lambda" => Some(Variable::Lambda),
-            "mu" => Some(Variable::Mu),
-            "phi" => Some(Variable::Phi),
-            "S" => Some(Variable::S),
-            "rho0" => Some(Variable::Rho0),
-            _ => None,
-        };
-        if let Some(variable) = here {
-            return Ok(self.probe(builder, Probe::Here(variable)));
+        if let Some((_, variable)) = self.here.iter().find(|(field, _)| *field == name) {
+            return Ok(self.probe(builder, Probe::Here(*variable)));
+        }
+        if LOCAL.contains(&name) && !self.here.is_empty() {
+            let fields: Vec<&str> = self.here.iter().map(|(field, _)| *field).collect();
+            let message = format!("`{name}` cannot be used here");
+            return Err(ExprError::new("field-without-place", span, message)
+                .help(format!("of the local state: {}", fields.join(", ")))
+                .into());
         }
         if LOCAL.contains(&name) {
             let message = format!("`{name}` is a field of the membrane: say where");

@@ -3,15 +3,29 @@
 //! Each law is one file with the energy per reference area, generic in the scalar; tensions and stiffnesses are its derivatives
 //! ([`Law::response`]). Energies are symmetric in (lambda, mu), as they must be where the membrane has a pole.
 
+mod evans_skalak;
+mod fung;
 mod gent;
+mod hooke;
 mod mooney_rivlin;
 mod neo_hookean;
+mod ogden;
 mod skalak;
+mod varga;
+mod written;
+mod yeoh;
 
+pub use evans_skalak::EvansSkalak;
+pub use fung::Fung;
 pub use gent::Gent;
+pub use hooke::Hooke;
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;
+pub use ogden::Ogden;
 pub use skalak::Skalak;
+pub use varga::Varga;
+pub use written::Written;
+pub use yeoh::Yeoh;
 
 use crate::scalar::{Jet, Scalar, lift};
 
@@ -61,7 +75,7 @@ macro_rules! laws {
     };
 }
 
-laws!(NeoHookean, MooneyRivlin, Skalak, Gent);
+laws!(NeoHookean, MooneyRivlin, Ogden, Yeoh, Gent, Fung, Varga, Skalak, EvansSkalak, Hooke, Written);
 
 /// Energy, tensions and stiffnesses at one pair of stretches.
 #[derive(Clone, Copy, Debug)]
