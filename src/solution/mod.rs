@@ -73,7 +73,7 @@ pub struct Solution {
     pub quantities: Vec<Option<Measured>>,
     /// Names of what is infinite by nature.
     pub infinite: Vec<String>,
-    /// True if a quantity that should be a number is none.
+    /// True if a quantity that should be a number, or its error, is none.
     undefined: bool,
     /// What proves the state.
     pub certificate: Certificate,
@@ -102,9 +102,10 @@ impl Solution {
             if value.is_none() && view.is_infinite(&q.formula) {
                 infinite.push(q.name.clone());
             }
-            let number = value.filter(|v| v.re.is_finite());
-            undefined |= value.is_some() && number.is_none();
-            quantities.push(number.map(Measured::from));
+            let number = value.filter(|v| v.re.is_finite()).map(Measured::from);
+            // Of a number whose error is none nothing is known.
+            undefined |= value.is_some() && !number.is_some_and(|m| m.error.is_finite());
+            quantities.push(number);
         }
         let certificate = Certificate::new(model, &view);
         Solution {
@@ -127,7 +128,7 @@ impl Solution {
     /// The largest error relative to the accuracy asked for, and whose it is; below 1 all is well. A quantity that vanishes is
     /// measured against a thousandth of its `typical` magnitude.
     pub fn worst_error(&self, accuracy: f64, typical: &[f64]) -> (f64, usize) {
-        self.worst(accuracy, typical, |m| m.error)
+        self.worst(accuracy, typical, |m| if m.error.is_finite() { m.error } else { f64::INFINITY })
     }
 
     /// The same for the part that a finer mesh would reduce, where it stands out from rounding; infinite where a quantity is not a
