@@ -4,7 +4,7 @@ use super::material;
 use super::names::Names;
 use super::tractions::sphere_repulsion;
 use crate::diagnostic::Diagnostic;
-use crate::physics::material::{Energy, Law};
+use crate::physics::material::Law;
 use crate::physics::reference::Sphere;
 use crate::spec::{self, Problem};
 use std::f64::consts::PI;
@@ -124,15 +124,72 @@ pub fn resolve(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -
         return None;
     }
     let law = law?;
-    let energy = law.energy(stretch, stretch);
-    if !energy.is_finite() {
-        errors.push(
-            Diagnostic::error("locked", format!("the material locks before the initial stretch {stretch} is reached"))
-                .at("/initial", "energy infinite or undefined there"),
-        );
-        return None;
+    let response = law.response(stretch, stretch);
+    let mut refuse = |code, message: String, label: &str| {
+        errors.push(Diagnostic::error(code, message).at("/initial", label).at("/material", "this material"));
+        None
+    };
+    if !response.w.is_finite() {
+        let message = format!("the material locks before the initial stretch {stretch} is reached");
+        return refuse("locked", message, "energy infinite or undefined there");
+    }
+    if !unloaded && !(response.w_l > 0.0) {
+        let message = format!("the material has no tension at the initial stretch {stretch}");
+        return refuse("no-tension", message, &format!("w_l = {} there", response.w_l));
+    }
+    if !(response.w_ll > 0.0) {
+        let message =
+            format!("the material has no stiffness at the initial stretch {stretch}: its energy is not convex");
+        return refuse("no-stiffness", message, &format!("d2w/dlambda2 = {} there", response.w_ll));
     }
     Some(Initial::new(reference, law, stretch))
+}
+
+/// The first stretch at which a sphere that is inflated from rest is under the pressure `p`.
+///
+/// # Errors
+/// Why there is none, in words.
+fn inflation(pressure: impl Fn(f64) -> f64, p: f64) -> Result<f64, String> {
+    const MOST: f64 = 100.0;
+    const STEP: f64 = 0.01;
+    // Where the energy has ended (NaN) the pressure has passed every value.
+    let below = |l: f64| pressure(l) < p;
+    let (mut before, mut a, mut b) = (1.0, 1.0, 1.0 + STEP);
+    let mut highest = (0.0, 1.0);
+    while below(b) {
+        if b > MOST {
+            let (most, at) = highest;
+            return Err(format!("it does not exceed {most:.6}, at the stretch {at:.4}"));
+        }
+        let (mut top, mut value) = (b, pressure(b));
+        if pressure(a) > value && pressure(a) >= pressure(before) {
+            // A limit point, found by thirds.
+            let (mut left, mut right) = (before, b);
+            for _ in 0..100 {
+                let third = (right - left) / 3.0;
+                if pressure(left + third) < pressure(right - third) { left += third } else { right -= third }
+            }
+            top = 0.5 * (left + right);
+            value = pressure(top);
+            if !(value < p) {
+                (a, b) = (before, top);
+                break;
+            }
+        }
+        if value > highest.0 {
+            highest = (value, top);
+        }
+        (before, a, b) = (a, b, b + STEP);
+    }
+    for _ in 0..60 {
+        let m = 0.5 * (a + b);
+        if below(m) { a = m } else { b = m }
+    }
+    let found = pressure(a);
+    if (found / p - 1.0).abs() < 1e-9 {
+        return Ok(a);
+    }
+    Err(format!("the energy ends at the stretch {a:.6}, where the pressure is {found:.6}"))
 }
 
 /// The stretch of the initial sphere: each number is examined also where the others are wrong.
@@ -158,27 +215,19 @@ fn stretch(
             let p = positive(names, n, "/initial/Inflated/pressure", "the inflating pressure", errors)?;
             let (reference, law) = (reference?, law?);
             let pressure = |l: f64| 2.0 * law.response(l, l).w_l / (l * l * reference.radius);
-            // The first stretch at which the pressure is reached, coming from the unloaded sphere.
-            let mut l = 1.0;
-            while pressure(l) < p && l < 100.0 {
-                l += 0.01;
+            match inflation(pressure, p) {
+                Ok(stretch) => stretch,
+                Err(why) => {
+                    errors.push(
+                        Diagnostic::error(
+                            "no-inflation",
+                            format!("no inflation of this material reaches the pressure {p}"),
+                        )
+                        .at("/initial/Inflated/pressure", why),
+                    );
+                    return None;
+                }
             }
-            if !(pressure(l) >= p) {
-                errors.push(
-                    Diagnostic::error(
-                        "no-inflation",
-                        format!("no inflation of this material reaches the pressure {p}"),
-                    )
-                    .at("/initial/Inflated/pressure", "beyond its limit point"),
-                );
-                return None;
-            }
-            let (mut a, mut b) = (l - 0.01, l);
-            for _ in 0..60 {
-                let m = 0.5 * (a + b);
-                if pressure(m) < p { a = m } else { b = m }
-            }
-            0.5 * (a + b)
         }
     })
 }

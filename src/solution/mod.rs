@@ -156,6 +156,26 @@ impl Solution {
         worst
     }
 
+    /// The least stiffness of the material relative to its tension, lambda w_ll/w_l, at a point of the mesh, and the segment.
+    pub fn softest(&self, model: &Model) -> Option<(f64, String)> {
+        let system = self.system(model);
+        let globals = self.disc.globals(&self.state);
+        let mut softest: Option<(f64, String)> = None;
+        for (s, piece) in system.pieces.iter().enumerate() {
+            let p: Vec<f64> = piece.parameters().iter().map(|&g| globals[g]).collect();
+            let (a, b) = piece.places(&p);
+            for (i, x) in self.disc.meshes[s].iter().enumerate() {
+                let y = &self.state[self.disc.y(s, i)..][..piece.states()];
+                let m = piece.local(&system.reference, &system.law, piece.coordinate.at(*x, a, b).0, y);
+                let stiffness = m.lambda * m.response.w_ll / m.response.w_l;
+                if stiffness.is_finite() && softest.as_ref().is_none_or(|(least, _)| stiffness < *least) {
+                    softest = Some((stiffness, piece.name.clone()));
+                }
+            }
+        }
+        softest
+    }
+
     /// The value of a quantity by its place in the model.
     pub fn quantity(&self, i: usize) -> Option<Measured> {
         self.quantities[i]
