@@ -186,7 +186,7 @@ impl Tracer {
         }
         if let Some((stiffness, segment)) = self.last().softest(&self.model).filter(|(s, _)| *s < SOFT) {
             message += &format!(
-                "; the material has nearly lost its stiffness on `{segment}`, where lambda w_ll/w_l is down to {stiffness:.2}: an \
+                "; the material has nearly lost its stiffness on `{segment}`, where lambda w_ll/w_l is down to {stiffness:.1e}: an \
                  energy that grows so slowly, or is not convex, allows no state beyond some load"
             );
         }
