@@ -6,7 +6,7 @@ mod common;
 use common::{measured, parse, read, resolve, run, with};
 use membrane::diagnostic::Diagnostic;
 use membrane::model::{self, Model};
-use membrane::run::{Outcome, Status};
+use membrane::run::{Outcome, Status, Work};
 use membrane::spec::{Document, Syntax};
 
 /// The constants that the table of laws in the reference of the format uses, with numbers.
@@ -170,6 +170,13 @@ fn flat_plates_are_certified_for_every_law_and_the_same_for_its_energy() {
             }
         }
     }
+    // An energy takes the same iterations on the same meshes.
+    let work = |material: &str| {
+        let outcome = run(&resolve(&problem("flat_plates", material)), None);
+        let sum = |of: fn(&Work) -> usize| outcome.points.iter().map(|p| of(&p.work)).sum::<usize>();
+        (sum(|w| w.effort.iterations), sum(|w| w.intervals))
+    };
+    assert_eq!(work(&row("NeoHookean").law), work(&row("NeoHookean").energy));
     // A constant off by a thousandth is seen.
     let force = |material: &str| {
         let model = resolve(&short(&problem("flat_plates", material), r#"(control: "hbar", at: [0.7])"#));

@@ -252,7 +252,7 @@ pub(super) fn tips(system: &System, bodies: &[super::Body], errors: &mut Vec<Dia
             "no-tip",
             format!("this material cannot close over the tip of a cone, on `{}`", piece.name),
         )
-        .at("/material", "its tensions do not grow faster than linearly with the stretches: a hole would open");
+        .at("/material", "its tensions grow too slowly with the stretches, or it locks before: a hole would open");
         let body = bodies.iter().find(|b| b.pieces.contains(&s));
         let d = match body {
             Some(body) => {
