@@ -332,6 +332,7 @@ fn laws_without_a_tip_are_refused_on_cones_alone() {
 fn states_that_a_material_does_not_have_are_said() {
     for (material, initial, code, part) in [
         ("Gent(shear_modulus: 1, locking: 3)", "Inflated(radius: 2)", "locked", "2"),
+        ("Energy(\"G/(3 - (I1 - 3))\")", "Inflated(radius: 2)", "locked", "2"),
         ("Yeoh([0.5, -0.05])", "Inflated(radius: 2)", "no-tension", "2"),
         ("Ogden([(1, 0.5)])", "Inflated(radius: 9)", "no-stiffness", "9"),
         ("NeoHookean(shear_modulus: 1)", "Inflated(pressure: 1.24)", "no-inflation", "1.24"),

@@ -252,6 +252,14 @@ mod tests {
             b.neg(ln)
         });
         assert_relative_eq!(gent.unwrap(), 30.0, max_relative = 1e-9);
+        // 1/(33 - I1): a pole, behind which the formula goes on.
+        let pole = unary(|b, i1| {
+            let c = b.constant(33.0);
+            let gap = b.sub(c, i1);
+            let one = b.constant(1.0);
+            b.div(one, gap)
+        });
+        assert_relative_eq!(pole.unwrap(), 30.0, max_relative = 1e-9);
         assert_eq!(unary(|b, i1| b.apply(Function::Exp, i1)), None);
         assert_eq!(unary(|_, i1| i1), None);
     }
