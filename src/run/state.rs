@@ -163,8 +163,8 @@ fn iterate(
 #[derive(Default)]
 struct Refinement {
     rounds: usize,
-    /// The error of the round before, and its intervals.
-    before: Option<(f64, usize)>,
+    /// The error of the round before.
+    before: Option<f64>,
 }
 
 impl Refinement {
@@ -204,18 +204,14 @@ impl Refinement {
             }
             return Ok(Some(solution));
         }
-        let intervals = disc.total_intervals();
-        // An error that grows on a coarser mesh tells of the mesh alone.
-        let stuck = self
-            .before
-            .is_some_and(|(before, then)| !(error < before * 100.0 || error.is_infinite()) && intervals >= then);
-        if self.rounds == ROUNDS || intervals > MOST_INTERVALS || stuck {
+        let stuck = self.before.is_some_and(|before| !(error < before * 100.0 || error.is_infinite()));
+        if self.rounds == ROUNDS || disc.total_intervals() > MOST_INTERVALS || stuck {
             if total <= 1.0 {
                 return Ok(Some(solution));
             }
             return Err(too_coarse(model, &solution, which, disc));
         }
-        self.before = Some((error, intervals));
+        self.before = Some(error);
         remesh(disc, z, &estimate, (error / AIM).min(1e12));
         Ok(None)
     }
