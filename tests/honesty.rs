@@ -103,3 +103,18 @@ fn skalak() {
 fn gent() {
     all(law("Gent(shear_modulus: 1, locking: 30)"));
 }
+
+#[test]
+fn ogden() {
+    all(law("Ogden([(0.8, 1.7), (0.2, -1.4)])"));
+}
+
+#[test]
+fn hooke() {
+    all(law("Hooke(young_modulus: 3, poisson_ratio: 0.3)"));
+}
+
+#[test]
+fn an_energy_of_the_file() {
+    all(law("Energy(\"cosh(lambda - 1) + cosh(mu - 1) + (lambda*mu - 1)^2\")"));
+}

@@ -478,6 +478,19 @@ impl Tape {
         }
     }
 
+    /// The value of the first output, for a formula alone on its tape; `inputs` as for [`Tape::eval`].
+    ///
+    /// # Panics
+    /// If there is no output, or `inputs` is too short.
+    pub fn value<S: Scalar, const N: usize>(&self, inputs: [S; N]) -> S {
+        let mut work = Vec::with_capacity(self.ops.len());
+        for op in &self.ops {
+            let value = op.eval(&inputs, &work);
+            work.push(value);
+        }
+        work[self.outputs[0] as usize]
+    }
+
     /// The input slots that the outputs depend on, sorted.
     pub fn inputs(&self) -> &[usize] {
         &self.inputs

@@ -1,9 +1,10 @@
 //! The initial state: the fluid alone, no body, in closed form.
 
+use super::material;
 use super::names::Names;
 use super::tractions::sphere_repulsion;
 use crate::diagnostic::Diagnostic;
-use crate::physics::material::{Energy, Gent, Law, MooneyRivlin, NeoHookean, Skalak};
+use crate::physics::material::Law;
 use crate::physics::reference::Reference;
 use crate::spec::{self, Problem};
 use std::f64::consts::PI;
@@ -98,59 +99,6 @@ fn positive(names: &Names, n: &spec::Number, pointer: &str, what: &str, errors: 
     None
 }
 
-fn law(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -> Option<Law> {
-    use spec::Material as M;
-    let at = |tail: &str| format!("/material/{tail}");
-    let shear = "the shear modulus";
-    let name = match &problem.material {
-        M::NeoHookean { shear_modulus } => {
-            let g = positive(names, shear_modulus, &at("NeoHookean/shear_modulus"), shear, errors)?;
-            return Some(NeoHookean { shear_modulus: g }.into());
-        }
-        M::MooneyRivlin { c1, c2 } => {
-            let c1 = positive(names, c1, &at("MooneyRivlin/c1"), "c1", errors);
-            let pointer = at("MooneyRivlin/c2");
-            let c2 = names.constant(c2, &pointer, errors)?;
-            if c2 < 0.0 {
-                let d = Diagnostic::error("not-positive", format!("c2 must not be negative, not {c2}"));
-                errors.push(d.at(pointer, format!("is {c2}")));
-                return None;
-            }
-            return Some(MooneyRivlin { c1: c1?, c2 }.into());
-        }
-        M::Skalak { shear_modulus, area_ratio } => {
-            let g = positive(names, shear_modulus, &at("Skalak/shear_modulus"), shear, errors);
-            let pointer = at("Skalak/area_ratio");
-            let c = names.constant(area_ratio, &pointer, errors)?;
-            // w_ll - w_lm = 2 G and w_ll + w_lm = 2 G (1 + 2 C): stable against dilatation only above -1/2.
-            if c <= -0.5 {
-                let d = Diagnostic::error("not-positive", format!("the area ratio must exceed -1/2, not be {c}"));
-                errors.push(d.at(pointer, "no stiffness against dilatation"));
-                return None;
-            }
-            return Some(Skalak { shear_modulus: g?, area_ratio: c }.into());
-        }
-        M::Gent { shear_modulus, locking } => {
-            let g = positive(names, shear_modulus, &at("Gent/shear_modulus"), shear, errors);
-            let j = positive(names, locking, &at("Gent/locking"), "the locking value", errors);
-            return Some(Gent { shear_modulus: g?, locking: j? }.into());
-        }
-        M::Ogden(_) => "Ogden",
-        M::Yeoh(_) => "Yeoh",
-        M::Fung { .. } => "Fung",
-        M::Varga { .. } => "Varga",
-        M::EvansSkalak { .. } => "EvansSkalak",
-        M::Hooke { .. } => "Hooke",
-        M::Energy(_) => "Energy",
-    };
-    errors.push(
-        Diagnostic::error("not-supported", format!("the material {name} cannot be solved by this version"))
-            .at("/material", "not supported yet")
-            .help("supported: NeoHookean, MooneyRivlin, Skalak, Gent"),
-    );
-    None
-}
-
 /// Understands reference shape, material and initial state.
 pub fn resolve(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -> Option<Initial> {
     let reference = match &problem.reference {
@@ -171,7 +119,7 @@ pub fn resolve(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -
             None
         }
     };
-    let law = law(problem, names, errors);
+    let law = material::law(problem, names, errors);
     let stretch = stretch(problem, names, reference.as_ref(), law.as_ref(), errors);
     let unloaded = problem.initial == spec::Initial::Unloaded;
     if !unloaded && problem.fluid.is_none() {
@@ -197,13 +145,23 @@ pub fn resolve(problem: &Problem, names: &Names, errors: &mut Vec<Diagnostic>) -
         return None;
     }
     let law = law?;
-    let energy = law.energy(stretch, stretch);
-    if !energy.is_finite() {
-        errors.push(
-            Diagnostic::error("locked", format!("the material locks before the initial stretch {stretch} is reached"))
-                .at("/initial", "energy infinite or undefined there"),
-        );
-        return None;
+    let response = law.response(stretch, stretch);
+    let mut refuse = |code, message: String, label: &str| {
+        errors.push(Diagnostic::error(code, message).at("/initial", label).at("/material", "this material"));
+        None
+    };
+    if !response.w.is_finite() {
+        let message = format!("the material locks before the initial stretch {stretch} is reached");
+        return refuse("locked", message, "energy infinite or undefined there");
+    }
+    if !unloaded && !(response.w_l > 0.0) {
+        let message = format!("the material has no tension at the initial stretch {stretch}");
+        return refuse("no-tension", message, &format!("w_l = {} there", response.w_l));
+    }
+    if !(response.w_ll > 0.0) {
+        let message =
+            format!("the material has no stiffness at the initial stretch {stretch}: its energy is not convex");
+        return refuse("no-stiffness", message, &format!("d2w/dlambda2 = {} there", response.w_ll));
     }
     Some(Initial::new(reference, law, stretch))
 }
@@ -239,6 +197,53 @@ fn clamped(problem: &Problem, names: &Names, radius: f64, errors: &mut Vec<Diagn
     Some(stretch)
 }
 
+/// The first stretch at which a sphere that is inflated from rest is under the pressure `p`.
+///
+/// # Errors
+/// Why there is none, in words.
+fn inflation(pressure: impl Fn(f64) -> f64, p: f64) -> Result<f64, String> {
+    const MOST: f64 = 100.0;
+    const STEP: f64 = 0.01;
+    // Where the energy has ended (NaN) the pressure has passed every value.
+    let below = |l: f64| pressure(l) < p;
+    let (mut before, mut a, mut b) = (1.0, 1.0, 1.0 + STEP);
+    let mut highest = (0.0, 1.0);
+    while below(b) {
+        if b > MOST {
+            let (most, at) = highest;
+            return Err(format!("it does not exceed {most:.6}, at the stretch {at:.4}"));
+        }
+        let (mut top, mut value) = (b, pressure(b));
+        if pressure(a) > value && pressure(a) >= pressure(before) {
+            // A limit point, found by thirds.
+            let (mut left, mut right) = (before, b);
+            for _ in 0..100 {
+                let third = (right - left) / 3.0;
+                if pressure(left + third) < pressure(right - third) { left += third } else { right -= third }
+            }
+            top = 0.5 * (left + right);
+            value = pressure(top);
+            if !(value < p) {
+                (a, b) = (before, top);
+                break;
+            }
+        }
+        if value > highest.0 {
+            highest = (value, top);
+        }
+        (before, a, b) = (a, b, b + STEP);
+    }
+    for _ in 0..60 {
+        let m = 0.5 * (a + b);
+        if below(m) { a = m } else { b = m }
+    }
+    let found = pressure(a);
+    if (found / p - 1.0).abs() < 1e-9 {
+        return Ok(a);
+    }
+    Err(format!("the energy ends at the stretch {a:.6}, where the pressure is {found:.6}"))
+}
+
 /// The stretch of the initial sphere: each number is examined also where the others are wrong.
 fn stretch(
     problem: &Problem,
@@ -265,27 +270,19 @@ fn stretch(
             let p = positive(names, n, "/initial/Inflated/pressure", "the inflating pressure", errors)?;
             let (reference, law) = (reference?, law?);
             let pressure = |l: f64| 2.0 * law.response(l, l).w_l / (l * l * reference.radius());
-            // The first stretch at which the pressure is reached, coming from the unloaded sphere.
-            let mut l = 1.0;
-            while pressure(l) < p && l < 100.0 {
-                l += 0.01;
+            match inflation(pressure, p) {
+                Ok(stretch) => stretch,
+                Err(why) => {
+                    errors.push(
+                        Diagnostic::error(
+                            "no-inflation",
+                            format!("no inflation of this material reaches the pressure {p}"),
+                        )
+                        .at("/initial/Inflated/pressure", why),
+                    );
+                    return None;
+                }
             }
-            if !(pressure(l) >= p) {
-                errors.push(
-                    Diagnostic::error(
-                        "no-inflation",
-                        format!("no inflation of this material reaches the pressure {p}"),
-                    )
-                    .at("/initial/Inflated/pressure", "beyond its limit point"),
-                );
-                return None;
-            }
-            let (mut a, mut b) = (l - 0.01, l);
-            for _ in 0..60 {
-                let m = 0.5 * (a + b);
-                if pressure(m) < p { a = m } else { b = m }
-            }
-            0.5 * (a + b)
         }
     })
 }

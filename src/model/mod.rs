@@ -7,6 +7,7 @@ mod branch;
 mod fluid;
 mod initial;
 mod ledger;
+mod material;
 mod meridian;
 mod names;
 mod reported;
@@ -242,6 +243,7 @@ fn understand(
     let meridian::Walk { mut names, initial, mut system, mut ledger, globals, initial_globals, mut bodies, .. } = walk;
     let (edges, adhesions, images, heights) = (walk.edges, walk.adhesions, walk.images, walk.heights);
     names.definitions(&system, errors);
+    material::tips(&system, &bodies, errors);
 
     // Fluid, constraints, branch: the conditions that belong to no place.
     fluid::fluid(problem, &mut names, &mut system, &mut ledger, errors);

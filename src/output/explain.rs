@@ -123,10 +123,10 @@ fn initial(problem: &Problem, model: &Model, text: &mut String) {
 fn material(problem: &Problem, model: &Model, text: &mut String) {
     let m = model.initial.law.moduli();
     let rows = [
-        ("surface shear modulus", m.shear),
-        ("area dilatation modulus", m.area),
-        ("surface Young modulus", m.young),
-        ("surface Poisson ratio", m.poisson),
+        ("surface shear modulus G_s (tension)", m.shear),
+        ("area dilatation modulus K_s (tension)", m.area),
+        ("surface Young modulus E_s (tension)", m.young),
+        ("surface Poisson ratio nu_s (no unit)", m.poisson),
     ];
     let rows = rows.map(|(name, value)| [name.to_owned(), plain(value)]);
     section(text, "Material", ["at small strain", "value"], rows);

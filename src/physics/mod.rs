@@ -13,3 +13,4 @@ pub mod membrane;
 pub mod reference;
 pub mod screened;
 pub mod surface;
+pub mod tip;

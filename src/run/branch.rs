@@ -44,6 +44,9 @@ pub fn run(model: &Model, requests: &[Request], progress: &mut dyn FnMut(usize, 
     tracer.outcome
 }
 
+/// A stiffness relative to the tension, lambda w_ll/w_l, below which the end of a branch is put down to the material.
+const SOFT: f64 = 0.2;
+
 impl Tracer {
     /// The first state, ready to be continued in the control.
     fn begin(&mut self) -> Result<(), String> {
@@ -180,6 +183,12 @@ impl Tracer {
             format!("the branch could not be followed beyond {} = {c}: {halt}", self.model.branch.control);
         if self.model.system.law.locking().is_some() {
             message += "; a material that locks allows no state beyond some load";
+        }
+        if let Some((stiffness, segment)) = self.last().softest(&self.model).filter(|(s, _)| *s < SOFT) {
+            message += &format!(
+                "; the material has nearly lost its stiffness on `{segment}`, where lambda w_ll/w_l is down to {stiffness:.1e}: an \
+                 energy that grows so slowly, or is not convex, allows no state beyond some load"
+            );
         }
         let violations = &self.last().certificate.violations;
         if !violations.is_empty() {

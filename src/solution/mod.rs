@@ -74,7 +74,7 @@ pub struct Solution {
     pub quantities: Vec<Option<Measured>>,
     /// Names of what is infinite by nature.
     pub infinite: Vec<String>,
-    /// True if a quantity that should be a number is none.
+    /// True if a quantity that should be a number, or its error, is none.
     undefined: bool,
     /// What proves the state.
     pub certificate: Certificate,
@@ -103,9 +103,10 @@ impl Solution {
             if value.is_none() && view.is_infinite(&q.formula) {
                 infinite.push(q.name.clone());
             }
-            let number = value.filter(|v| v.re.is_finite());
-            undefined |= value.is_some() && number.is_none();
-            quantities.push(number.map(Measured::from));
+            let number = value.filter(|v| v.re.is_finite()).map(Measured::from);
+            // Of a number whose error is none nothing is known.
+            undefined |= value.is_some() && !number.is_some_and(|m| m.error.is_finite());
+            quantities.push(number);
         }
         let certificate = Certificate::new(model, &view);
         Solution {
@@ -128,7 +129,7 @@ impl Solution {
     /// The largest error relative to the accuracy asked for, and whose it is; below 1 all is well. A quantity that vanishes is
     /// measured against a thousandth of its `typical` magnitude.
     pub fn worst_error(&self, accuracy: f64, typical: &[f64]) -> (f64, usize) {
-        self.worst(accuracy, typical, |m| m.error)
+        self.worst(accuracy, typical, |m| if m.error.is_finite() { m.error } else { f64::INFINITY })
     }
 
     /// The same for the part that a finer mesh would reduce, where it stands out from rounding; infinite where a quantity is not a
@@ -154,6 +155,26 @@ impl Solution {
             }
         }
         worst
+    }
+
+    /// The least stiffness of the material relative to its tension, lambda w_ll/w_l, at a point of the mesh, and the segment.
+    pub fn softest(&self, model: &Model) -> Option<(f64, String)> {
+        let system = self.system(model);
+        let globals = self.disc.globals(&self.state);
+        let mut softest: Option<(f64, String)> = None;
+        for (s, piece) in system.pieces.iter().enumerate() {
+            let p: Vec<f64> = piece.parameters().iter().map(|&g| globals[g]).collect();
+            let (a, b) = piece.places(&p);
+            for (i, x) in self.disc.meshes[s].iter().enumerate() {
+                let y = &self.state[self.disc.y(s, i)..][..piece.states()];
+                let m = piece.local(&system.reference, &system.law, piece.coordinate.at(*x, a, b).0, y);
+                let stiffness = m.lambda * m.response.w_ll / m.response.w_l;
+                if stiffness.is_finite() && softest.as_ref().is_none_or(|(least, _)| stiffness < *least) {
+                    softest = Some((stiffness, piece.name.clone()));
+                }
+            }
+        }
+        softest
     }
 
     /// The value of a quantity by its place in the model.

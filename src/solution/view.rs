@@ -5,6 +5,7 @@ use crate::bvp::{Discretization, Estimate, quadratures_along, value_at};
 use crate::model::Model;
 use crate::physics::material::Energy;
 use crate::physics::membrane::Local;
+use crate::physics::tip;
 use crate::scalar::Scalar;
 use crate::system::{Coordinate, Field, Formula, Kind, Probe, Side, System, tip_coefficient};
 use std::cell::OnceCell;
@@ -123,6 +124,9 @@ impl<'a> View<'a> {
             Probe::Reading(i) => self.read(&self.model.readings[i]),
             Probe::Absent => None,
             Probe::End(s, side, field) if self.is_infinite_field(s, side, field) => None,
+            Probe::End(s, side, Field::ContactPressure) if self.is_tip(s, side) => {
+                Some(self.system.pieces[s].pressure.value(&|g| self.global(g)))
+            }
             _ => Some(probe.value(self.system, &|slot| self.slot(slot))),
         }
     }
@@ -160,7 +164,8 @@ impl<'a> View<'a> {
         let locks = self.system.law.locking().is_some();
         self.is_tip(s, side)
             && match field {
-                Field::W | Field::TensionL | Field::TensionM | Field::ContactPressure => true,
+                Field::W | Field::TensionL | Field::TensionM => true,
+                Field::ContactPressure => self.end(s, side).is_some_and(|m| tip::presses_without_bound(&m)),
                 Field::Lambda | Field::Mu => !locks,
                 _ => false,
             }

@@ -50,7 +50,7 @@ pub enum Reference {
 
 /// The elastic law: strain energy per reference area as a function of the two stretches.
 ///
-/// Constants may depend on the reference position (`S phi t rho0 h0`).
+/// Constants are numbers or formulas of parameters; those that depend on the reference position (`S phi t rho0 h0`) are for later.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "a material")]
@@ -118,7 +118,7 @@ pub enum Material {
         /// Surface Poisson's ratio nu (dimensionless).
         poisson_ratio: Number,
     },
-    /// Any strain energy per reference area, as a formula in `lambda` and `mu`.
+    /// Any strain energy per reference area, as a formula in `lambda` and `mu`; counted from its value at `lambda = mu = 1`.
     Energy(Formula),
 }
 

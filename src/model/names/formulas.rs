@@ -1,6 +1,6 @@
 //! From the texts of a file to formulas of the solution: parsed, bound to probes, compiled.
 
-use super::scope::Binder;
+use super::scope::{self, Binder};
 use super::{Level, Names};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::expr::{self, Builder, Expr, ExprError, Node, Tape};
@@ -203,6 +203,28 @@ impl Names<'_> {
         (errors.len() == before).then(|| builder.finish())
     }
 
+    /// An energy of the stretches lambda (slot 0) and mu (slot 1), which depends on parameters besides.
+    pub fn energy(&self, text: &str, pointer: &str, errors: &mut Vec<Diagnostic>) -> Option<Tape> {
+        let parsed = parsed(text, pointer, errors)?;
+        let mut binder = Binder::new(self, Level::Constant, false);
+        binder.here = scope::STRETCHES;
+        let mut builder = Builder::new();
+        for stretch in [Variable::Lambda, Variable::Mu] {
+            binder.probe(&mut builder, Probe::Here(stretch));
+        }
+        match builder.add(&parsed, &mut binder) {
+            Ok(node) => {
+                builder.output(node);
+                return Some(builder.finish());
+            }
+            Err(e) => errors.extend(formula_errors(pointer, e)),
+        }
+        if !errors.iter().any(|d| d.severity == Severity::Error) {
+            errors.push(Diagnostic::error("unusable", "this depends on a formula that is wrong").at(pointer, ""));
+        }
+        None
+    }
+
     /// Texts, each with its place, as the outputs of one tape, and what its inputs are.
     fn tape(
         &mut self,
@@ -211,7 +233,7 @@ impl Names<'_> {
         errors: &mut Vec<Diagnostic>,
     ) -> Option<(Tape, Vec<Probe>)> {
         let mut binder = Binder::new(self, Level::Full, true);
-        binder.here = here;
+        binder.here = if here { scope::FIELDS } else { &[] };
         let mut builder = Builder::new();
         let before = errors.len();
         for (text, pointer) in texts {

@@ -1,6 +1,6 @@
 //! What is read off a field: integrals, largest and smallest values, values at a place.
 
-use super::scope::{Binder, Bound};
+use super::scope::{Binder, Bound, READABLE};
 use crate::expr::{Argument, Builder, ExprError};
 use crate::system::{FieldFormula, Probe, Reading, Variable, What};
 use std::ops::Range;
@@ -65,7 +65,7 @@ impl Binder<'_, '_> {
             return Ok(self.probe(builder, Probe::LargestRadius));
         }
         let mut inner = Binder::new(self.names, self.level, false);
-        (inner.here, inner.field) = (true, true);
+        inner.here = READABLE;
         let mut own = Builder::new();
         let node = own.add(&field.value, &mut inner)?;
         let variables: Option<Vec<Variable>> =

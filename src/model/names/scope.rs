@@ -10,15 +10,41 @@ use std::ops::Range;
 /// How deep definitions may use each other.
 const MAX_CHAIN: usize = 64;
 
+/// The fields of the local state that a traction may use.
+pub(super) const FIELDS: &[(&str, Variable)] = &[
+    ("u", Variable::U),
+    ("h", Variable::H),
+    ("tau", Variable::Tau),
+    ("lambda", Variable::Lambda),
+    ("mu", Variable::Mu),
+    ("phi", Variable::Phi),
+    ("S", Variable::S),
+    ("rho0", Variable::Rho0),
+];
+/// Those from which something is read, tensions included; h is known only where a load asks for it.
+pub(super) const READABLE: &[(&str, Variable)] = &[
+    ("u", Variable::U),
+    ("tau", Variable::Tau),
+    ("lambda", Variable::Lambda),
+    ("mu", Variable::Mu),
+    ("phi", Variable::Phi),
+    ("S", Variable::S),
+    ("rho0", Variable::Rho0),
+    ("w", Variable::W),
+    ("w_l", Variable::TensionL),
+    ("w_m", Variable::TensionM),
+    ("p_c", Variable::ContactPressure),
+];
+/// Those that an energy may use.
+pub(super) const STRETCHES: &[(&str, Variable)] = &[("lambda", Variable::Lambda), ("mu", Variable::Mu)];
+
 /// The scope of one formula: binds its names to constants and probes.
 pub struct Binder<'n, 'a> {
     pub(super) names: &'n Names<'a>,
     pub(super) level: Level,
     pub(super) condition: bool,
-    /// True where fields of the local state have a meaning.
-    pub(super) here: bool,
-    /// True where tensions are fields, too: a traction cannot depend on them.
-    pub(super) field: bool,
+    /// The fields of the local state that have a meaning.
+    pub(super) here: &'static [(&'static str, Variable)],
     /// The one name that is an input.
     pub(super) variable: Option<&'static str>,
     pub(super) probes: Vec<Probe>,
@@ -35,8 +61,7 @@ impl<'n, 'a> Binder<'n, 'a> {
             names,
             level,
             condition,
-            here: false,
-            field: false,
+            here: &[],
             variable: None,
             probes: vec![],
             nodes: HashMap::new(),
@@ -178,24 +203,15 @@ impl Scope for Binder<'_, '_> {
             self.nodes.insert(name.to_owned(), node);
             return Ok(node);
         }
-        let here = match name {
-            _ if !self.here => None,
-            "u" => Some(Variable::U),
-            "h" => Some(Variable::H),
-            "tau" => Some(Variable::Tau),
-            "lambda" => Some(Variable::Lambda),
-            "mu" => Some(Variable::Mu),
-            "phi" => Some(Variable::Phi),
-            "S" => Some(Variable::S),
-            "rho0" => Some(Variable::Rho0),
-            "w" if self.field => Some(Variable::W),
-            "w_l" if self.field => Some(Variable::TensionL),
-            "w_m" if self.field => Some(Variable::TensionM),
-            "p_c" if self.field => Some(Variable::ContactPressure),
-            _ => None,
-        };
-        if let Some(variable) = here {
-            return Ok(self.probe(builder, Probe::Here(variable)));
+        if let Some((_, variable)) = self.here.iter().find(|(field, _)| *field == name) {
+            return Ok(self.probe(builder, Probe::Here(*variable)));
+        }
+        if LOCAL.contains(&name) && !self.here.is_empty() {
+            let fields: Vec<&str> = self.here.iter().map(|(field, _)| *field).collect();
+            let message = format!("`{name}` cannot be used here");
+            return Err(ExprError::new("field-without-place", span, message)
+                .help(format!("of the local state: {}", fields.join(", ")))
+                .into());
         }
         if LOCAL.contains(&name) {
             let message = format!("`{name}` is a field of the membrane: say where");
