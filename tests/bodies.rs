@@ -140,3 +140,32 @@ fn wrong_shapes_are_refused_at_their_place() {
         assert!(refused.diagnostics.iter().any(|d| d.code == code), "{shape}: {:?}", refused.diagnostics);
     }
 }
+
+/// A bead that starts away from the membrane touches it on the way, leaves it on the way back, and meanwhile is as if it had been listed.
+#[test]
+fn a_body_is_met_at_a_pole_and_left_again() {
+    let text = std::fs::read_to_string("problems/two_beads.ron").unwrap();
+    let text = text
+        .replace("Contact(on: \"bead\")", "Contact(on: \"bead\", appears: OnTouch)")
+        .replace("\"d\": \"2*r0\"", "\"d\": \"2.2*r0\"")
+        .replace("to: \"0.3*2*r0\", steps: 40", "at: [3.2, 2.4, 3.1, 2.4]");
+    let model = resolve(&with(&parse("two beads", text, Syntax::Ron), &[("expect", "[]")]));
+    let outcome = run(&model, None);
+    assert_eq!(outcome.status, Status::Complete);
+    let kinds: Vec<&str> = outcome.events.iter().map(|e| e.kind).collect();
+    assert_eq!(kinds, ["touch", "lift_off", "touch"]);
+    let place = |name: &str| model.quantities.iter().position(|q| q.name == name).unwrap();
+    let touch = outcome.events[0].solution.quantities[place("d")].unwrap();
+    assert!((touch.value - 3.0).abs() < 1e-8, "{touch:?}");
+    let listed = state("two_beads", &[], &[], ("d", 2.4));
+    let mut seen = 0;
+    for point in &outcome.points {
+        assert!(point.solution.certificate.is_admissible(), "{:?}", point.solution.certificate);
+        let q = |name: &str| point.solution.quantities[place(name)].map_or(f64::NAN, |m| m.value);
+        if (q("d") - 2.4).abs() < 1e-12 {
+            same(q, &listed, &["force", "p_f", "u_c", "energy"], 1e-9);
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, 2);
+}

@@ -184,7 +184,9 @@ pub(super) fn changes(
         let touch = match appears {
             spec::Appears::When(equation) => {
                 let text = equation.as_str().to_owned();
-                names.equation(system, &text, &format!("{pointer}/When"), false, errors).map(|f| (f, text))
+                names
+                    .equation(system, &text, &format!("{pointer}/When"), false, errors)
+                    .map(|f| (When::Formula(f), text))
             }
             spec::Appears::OnTouch => {
                 // A face behind an edge that is not there yet cannot be met before it.
@@ -212,8 +214,8 @@ pub(super) fn changes(
                 found
             }
         };
-        if let Some((f, text)) = touch {
-            list.push(Change { kind: "touch", of, at: (i, 0), to: To::Toggled, when: When::Formula(f), text });
+        if let Some((when, text)) = touch {
+            list.push(Change { kind: "touch", of, at: (i, 0), to: To::Toggled, when, text });
         }
     }
     list
@@ -302,7 +304,7 @@ fn edge_reached(
     bodies: &[Body],
     of: &str,
     sides: [Option<&Element>; 2],
-) -> Option<(Formula, String)> {
+) -> Option<(When, String)> {
     for (side, element) in [(Side::End, sides[0]), (Side::Start, sides[1])] {
         let Some(Element::Contact { on, name, .. }) = element else { continue };
         let name = name.as_ref().unwrap_or(on).as_str();
@@ -317,7 +319,7 @@ fn edge_reached(
             let (here, there) = (x.end(b, piece, side, Field::Along), b.constant(t));
             Ok(b.sub(here, there))
         })?;
-        return Some((f, text));
+        return Some((When::Formula(f), text));
     }
     None
 }
@@ -329,8 +331,24 @@ fn face_met(
     bodies: &[Body],
     element: &Element,
     sides: [Option<&Element>; 2],
-) -> Option<(Formula, String)> {
+) -> Option<(When, String)> {
     let Element::Contact { on, .. } = element else { return None };
+    // At a pole the membrane first touches the foremost point of the body.
+    let pole = match sides {
+        [Some(Element::Pole), Some(Element::Free { name, .. })] => Some((name, Side::Start, "start")),
+        [Some(Element::Free { name, .. }), Some(Element::Pole)] => Some((name, Side::End, "end")),
+        _ => None,
+    };
+    if let Some((free, side, end)) = pole {
+        let piece = names.pieces.iter().position(|p| p.name == free.as_str())?;
+        let at = bodies.iter().position(|b| b.rigid.faces[0].name == on.as_str())?;
+        // Positive as soon as the pole would stand inside the body.
+        let f = names.build(system, false, |b, x| {
+            let (here, there) = (x.h(b, piece, side)?, x.body_h(b, at)?);
+            Ok(if side == Side::Start { b.sub(there, here) } else { b.sub(here, there) })
+        })?;
+        return Some((When::Exceeded(f), format!("{}.{end}.h = {}.h", free.as_str(), bodies[at].name)));
+    }
     let (free, at, side, end) = match sides {
         [Some(Element::Free { name, .. }), Some(Element::Kink { at, .. })] => (name, at, Side::End, "end"),
         [Some(Element::Kink { at, .. }), Some(Element::Free { name, .. })] => (name, at, Side::Start, "start"),
@@ -347,5 +365,5 @@ fn face_met(
         Ok(b.sub(here, there))
     })?;
     let said = if tau == PI / 2.0 { "pi/2".to_owned() } else { plain(tau) };
-    Some((f, format!("{}.{end}.tau = {said}", free.as_str())))
+    Some((When::Formula(f), format!("{}.{end}.tau = {said}", free.as_str())))
 }

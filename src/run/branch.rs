@@ -231,6 +231,11 @@ impl Tracer {
                     continue;
                 }
                 match self.go(requests[i].value, false) {
+                    Ok(()) if !same(self.value(self.last()), requests[i].value) => {
+                        let (control, value) = (&self.model.branch.control, requests[i].value);
+                        let here = plain(self.value(self.last()));
+                        missing.push(format!("{control} = {value} is not reached: a contact appears there; the first state with it has {control} = {here}"));
+                    }
                     Ok(()) => {
                         let solution = self.last().clone();
                         self.report(Reason::At, Some(requests[i].clone()), solution);

@@ -9,6 +9,7 @@ mod arc;
 mod between;
 mod branch;
 mod clock;
+mod emerge;
 mod outcome;
 mod rank;
 mod stage;

@@ -1,17 +1,21 @@
 //! What happens on a branch: limit points, stops, and elements of the meridian that appear or vanish.
 
+use super::emerge;
 use super::outcome::Event;
+use super::start::at_pole;
 use super::state;
 use super::trace::{Stop, Tracer};
 use crate::bvp::{Discretization, Problem, uniform};
 use crate::model::{Change, Model, When};
 use crate::physics::surface::Generator;
 use crate::solution::{Solution, profile};
-use crate::system::{Closing, Formula, Kind, Place};
+use crate::system::{Closing, Field, Formula, Kind, Place, Probe, Side};
 use std::sync::Arc;
 
 /// What is watched for an event, relative to its next value, is zero below this in the state in which a stage begins.
 const FRESH: f64 = 1e-6;
+/// A contact at a pole that is smaller than this, in initial radii, is a point.
+const POINT: f64 = 1e-3;
 
 impl Tracer {
     pub(super) fn happen(&mut self, kind: &'static str, of: String, stage_after: String, solution: Solution) {
@@ -123,6 +127,12 @@ impl Tracer {
     /// Goes on from a state in another stage.
     pub(super) fn enter(&mut self, model: Model, from: &Solution) -> Result<(), Stop> {
         let c = self.value(from);
+        if let Some(piece) = emerge::emerging(&self.model, &model) {
+            return self.emerge(model, from, piece);
+        }
+        if emerge::emerging(&model, &self.model).is_some() {
+            return self.submerge(model, from, c);
+        }
         let (mut disc, mut z) = carry(&self.model, from, &model);
         self.model = Arc::new(model);
         self.system = self.model.system.clone();
@@ -167,6 +177,13 @@ fn watched(model: &Model, change: &Change, s: &Solution) -> Option<f64> {
                 Place::Pole => None,
             };
             let p = &model.system.pieces[*piece];
+            if at_pole(p) {
+                // A contact at a pole that is undone shrinks to a point.
+                let side = if p.to == Place::Pole { Side::Start } else { Side::End };
+                let index = s.disc.slot_index();
+                let u = Probe::End(*piece, side, Field::U).value(&model.system, &|slot| s.state[index[slot]]);
+                return Some(u / model.initial.radius - POINT);
+            }
             Some(at(p.to)? - at(p.from)?)
         }
         When::Pressure(piece) => {

@@ -16,9 +16,9 @@ use std::sync::Arc;
 /// Stages of the collocation.
 const STAGES: usize = 5;
 /// Radii of a first contact, in radii of the inflated sphere, in the order in which they are tried.
-const FIRST_CONTACTS: [f64; 4] = [0.1, 0.05, 0.2, 0.02];
+pub(super) const FIRST_CONTACTS: [f64; 4] = [0.1, 0.05, 0.2, 0.02];
 /// Radius of a first contact, in lengths along which a body is straight, at most.
-const SMALL: f64 = 0.3;
+pub(super) const SMALL: f64 = 0.3;
 /// Radius, in radii of the inflated sphere, of a contact that is none.
 const NO_CONTACT: f64 = 1e-9;
 /// Refinement of the mesh of the closed-form state, so that it solves the discrete equations to rounding.
@@ -33,7 +33,7 @@ const GRADE: f64 = 0.4;
 const FIRST_STRETCH: f64 = 1.02;
 
 /// The formula that is one probe.
-fn single(system: &System, probe: Probe) -> Formula {
+pub(super) fn single(system: &System, probe: Probe) -> Formula {
     let mut builder = crate::expr::Builder::new();
     let node = builder.input(0);
     builder.output(node);
@@ -50,7 +50,7 @@ fn width(system: &System, from: usize, to: usize) -> Formula {
 }
 
 /// True for a piece that starts or ends at a pole or tip.
-fn at_pole(piece: &Piece) -> bool {
+pub(super) fn at_pole(piece: &Piece) -> bool {
     piece.from == Place::Pole || piece.to == Place::Pole
 }
 
@@ -71,7 +71,7 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64, finer: usize) ->
         .collect::<Vec<_>>();
     // Forces at a distance act near the edges of contacts.
     let meshes = (system.pieces.iter().zip(meshes))
-        .map(|(p, mesh)| if p.loads.is_empty() { mesh } else { graded(p, mesh) })
+        .map(|(p, mesh)| if p.loads.is_empty() { mesh } else { grades(p, mesh) })
         .collect();
     let disc = Discretization::new(system.layout().clone(), Arc::new(Gauss::new(STAGES)), meshes);
     let mut globals = model.initial_globals.clone();
@@ -134,7 +134,7 @@ pub(super) fn sample(model: &Model, stretch: f64, contact: f64, finer: usize) ->
 }
 
 /// A mesh with intervals that shrink towards the places where the piece meets another one.
-fn graded(piece: &Piece, mut mesh: Vec<f64>) -> Vec<f64> {
+pub(super) fn grades(piece: &Piece, mut mesh: Vec<f64>) -> Vec<f64> {
     let joint = |place| matches!(place, Place::Unknown(_));
     let step = mesh[1];
     for level in 1..=GRADES {

@@ -210,6 +210,7 @@ impl Tracer {
     pub(super) fn go(&mut self, c: f64, watch: bool) -> Result<(), Stop> {
         let span = (c - self.value(self.last())).abs();
         let mut step = c - self.value(self.last());
+        let onwards = step.signum();
         loop {
             let here = self.value(self.last());
             let left = c - here;
@@ -230,7 +231,9 @@ impl Tracer {
                         }
                         other => other?,
                     }
-                    if same(self.value(self.last()), c) {
+                    // A contact that appears at a pole begins a little behind its event: `c` may lie in between.
+                    let leapt = self.entered && (c - self.value(self.last())) * onwards < 0.0;
+                    if same(self.value(self.last()), c) || leapt {
                         return Ok(());
                     }
                     step *= 2.0;
