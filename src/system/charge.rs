@@ -11,7 +11,7 @@
 use super::repulsion::Rest;
 use super::{Coordinate, Kind, Place, System};
 use crate::bvp::{Discretization, Gauss, Problem};
-use crate::physics::screened::{Charged, Ring, on_surface};
+use crate::physics::screened::{Charged, Ring, Sheet, on_surface};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -90,7 +90,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// x as the surface sees it, and back with its derivative.
+/// x as the surface sees it, and back.
 fn outer(coordinate: Coordinate, x: f64) -> f64 {
     match coordinate {
         Coordinate::FromPole(2.0) => x.sqrt(),
@@ -99,11 +99,20 @@ fn outer(coordinate: Coordinate, x: f64) -> f64 {
     }
 }
 
-fn inner(coordinate: Coordinate, x: f64) -> (f64, f64) {
+fn inner(coordinate: Coordinate, x: f64) -> f64 {
     match coordinate {
-        Coordinate::FromPole(2.0) => (x * x, 2.0 * x),
-        Coordinate::ToPole(2.0) => (1.0 - (1.0 - x).powi(2), 2.0 * (1.0 - x)),
-        _ => (x, 1.0),
+        Coordinate::FromPole(2.0) => x * x,
+        Coordinate::ToPole(2.0) => 1.0 - (1.0 - x).powi(2),
+        _ => x,
+    }
+}
+
+/// How x as the surface sees it lies on the reference meridian.
+fn seen(coordinate: Coordinate) -> Coordinate {
+    match coordinate {
+        Coordinate::FromPole(_) => Coordinate::FromPole(1.0),
+        Coordinate::ToPole(_) => Coordinate::ToPole(1.0),
+        other => other,
     }
 }
 
@@ -118,30 +127,30 @@ impl Charged for Surface<'_> {
 
     fn at(&self, s: usize, x: f64) -> Ring {
         let (piece, extent) = (&self.system.pieces[s], &self.extents[s]);
-        let (x, by) = inner(piece.coordinate, x.clamp(POLE, 1.0 - f64::EPSILON));
         let x = x.clamp(POLE, 1.0 - f64::EPSILON);
-        let (interval, theta) = self.disc.locate(s, x);
+        let (interval, theta) = self.disc.locate(s, inner(piece.coordinate, x));
         let mut y = [0.0; 4];
         let n = piece.states();
         self.disc.interpolate(self.z, s, interval, theta, &mut y[..n]);
-        let (eta, stretch) = piece.coordinate.at(x, extent.a, extent.b);
+        let (eta, stretch) = seen(piece.coordinate).at(x, extent.a, extent.b);
         let m = piece.spot(&self.system.reference, eta, &y[..n]);
         let z = match &piece.kind {
             Kind::Free => y[3],
             Kind::Contact(face) => extent.apex + face.drop(m.u),
             Kind::Wall { .. } => f64::NAN,
         };
-        let along = m.rho0 * stretch * by;
+        let along = m.rho0 * stretch;
         Ring { u: m.u, z, du: along * m.lambda * m.cos, dz: along * m.lambda * m.sin, charge: along * m.rho0 }
     }
 }
 
 /// What the local energy misses on each piece, at the Gauss nodes of a state, and the processor time that this took on other threads,
 /// seconds; nothing where there is no repulsion.
-pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<Arc<Rest>>, f64)> {
+pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<Rest>, f64)> {
     let repulsion = system.pieces.first()?.repulsion.as_ref()?;
     let (fine, smooth) = lifted(system, disc, z);
     let surface = Surface::new(system, &fine, &smooth);
+    let sheet = Sheet::new(&surface);
     let k = disc.gauss.stages();
     let all: Vec<(usize, usize, usize)> = (0..system.pieces.len())
         .flat_map(|s| (0..disc.intervals(s)).flat_map(move |i| (0..k).map(move |j| (s, i, j))))
@@ -153,7 +162,7 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<A
             let begun = ThreadTime::now();
             let piece = &system.pieces[s];
             let x = disc.meshes[s][i] + disc.width(s, i) * disc.gauss.nodes[j];
-            let field = on_surface(&surface, repulsion.k, s, outer(piece.coordinate, x));
+            let field = on_surface(&sheet, repulsion.k, s, outer(piece.coordinate, x));
             let n = piece.states();
             let mut y = [0.0; 4];
             disc.interpolate(z, s, i, disc.gauss.nodes[j], &mut y[..n]);
@@ -193,7 +202,8 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<A
             })
             .collect();
         let radii = others.iter().map(|o| o[2]).collect();
-        Arc::new(Rest { gauss: disc.gauss.clone(), mesh: disc.meshes[s].clone(), values, radii, error, unresolved })
+        let (gauss, mesh) = (disc.gauss.clone(), disc.meshes[s].clone());
+        Rest { gauss, mesh, values, radii, error, unresolved, contraction: None }
     });
     Some((pieces.collect(), elsewhere))
 }
@@ -201,19 +211,75 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<A
 /// What is found at a node: the values of a [`Rest`]; the error, how much of a traction arrives in the states, the reference radius.
 type Node = ([f64; 3], [f64; 3]);
 
-/// Puts newly computed tractions on the pieces. Returns the largest change.
-pub fn renew(system: &mut System, rests: Vec<Arc<Rest>>) -> f64 {
-    let mut change: f64 = 0.0;
-    for (piece, rest) in system.pieces.iter_mut().zip(rests) {
-        let Some(repulsion) = &mut piece.repulsion else { continue };
-        let k = rest.gauss.stages();
-        for (at, value) in rest.values.iter().enumerate() {
-            let (i, j) = (at / k, at % k);
-            let x = rest.mesh[i] + (rest.mesh[i + 1] - rest.mesh[i]) * rest.gauss.nodes[j];
-            let old = repulsion.rest.as_ref().map_or([0.0; 3], |old| old.at(x));
-            change = change.max(((value[0] - old[0]) * rest.radii[at]).hypot(value[1] - old[1]));
+/// Gives a system the field that continues that of two states of a branch: on by `t` times the way from the first to the second.
+pub fn continue_field(system: &mut System, [first, second]: [&System; 2], t: f64) {
+    for (s, piece) in system.pieces.iter_mut().enumerate() {
+        let rest = |of: &System| of.pieces.get(s).and_then(|piece| piece.repulsion.as_ref()?.rest.clone());
+        let (Some(repulsion), Some(to)) = (&mut piece.repulsion, rest(second)) else { continue };
+        let Some(from) = rest(first).filter(|_| t != 0.0) else {
+            repulsion.rest = Some(to);
+            continue;
+        };
+        let mut next = Rest::clone(&to);
+        for ((x, value), v) in to.places().zip(&to.values).zip(&mut next.values) {
+            let old = from.at(x);
+            (0..v.len()).for_each(|c| v[c] = value[c] + t * (value[c] - old[c]));
         }
-        repulsion.rest = Some(rest);
+        repulsion.rest = Some(Arc::new(next));
     }
-    change
+}
+
+/// How a field differs from the one before it.
+#[derive(Clone, Copy, Debug)]
+pub struct Renewed {
+    /// The largest change of a traction.
+    pub change: f64,
+    /// How much bringing it up to date again and again would change it.
+    pub left: f64,
+    /// Its own error.
+    pub grain: f64,
+}
+
+/// Part of the contraction found on the way to states before that is believed at least.
+const REMEMBERED: f64 = 0.5;
+
+/// Puts newly computed tractions on the pieces; `before` is the change by the last renewal, of the same kind on the same mesh. The
+/// changes fall geometrically, which tells what is left of them. If that is `enough` it is counted among the errors of the tractions.
+pub fn renew(system: &mut System, rests: Vec<Rest>, before: Option<f64>, enough: f64) -> Renewed {
+    let (mut change, mut known) = (0.0_f64, None);
+    for (piece, rest) in system.pieces.iter().zip(&rests) {
+        let old = piece.repulsion.as_ref().and_then(|r| r.rest.as_ref());
+        known = known.or(old.and_then(|old| old.contraction));
+        for (at, (x, value)) in rest.places().zip(&rest.values).enumerate() {
+            let old = old.map_or([0.0; 3], |old| old.at(x));
+            let moved = ((value[0] - old[0]) * rest.radii[at]).hypot(value[1] - old[1]);
+            change = if moved > change || moved.is_nan() { moved } else { change };
+        }
+    }
+    // Below its own error a field changes without a rule.
+    let grain = rests.iter().fold(0.0, |a, rest| f64::max(a, rest.error));
+    let contraction = match before {
+        Some(before) if change > grain => Some((change / before).max(REMEMBERED * known.unwrap_or(0.0))),
+        _ => known,
+    };
+    let left = match contraction {
+        Some(c) if change > grain => {
+            if c < 1.0 {
+                change * c / (1.0 - c)
+            } else {
+                f64::INFINITY
+            }
+        }
+        _ => change,
+    };
+    let settled = left <= enough;
+    for (piece, mut rest) in system.pieces.iter_mut().zip(rests) {
+        let Some(repulsion) = &mut piece.repulsion else { continue };
+        rest.contraction = contraction;
+        if settled {
+            rest.error += left;
+        }
+        repulsion.rest = Some(Arc::new(rest));
+    }
+    Renewed { change, left, grain }
 }

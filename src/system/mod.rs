@@ -15,7 +15,7 @@ mod probe;
 mod repulsion;
 mod tip;
 
-pub use charge::{renew, rests};
+pub use charge::{Renewed, continue_field, renew, rests};
 pub use coordinate::{Coordinate, Place, tip_length};
 pub use load::{Component, Load, Site, Variable, along};
 pub use piece::{Kind, MOST_LOADS, Piece, Pressure};

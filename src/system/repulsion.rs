@@ -44,6 +44,8 @@ pub struct Rest {
     pub error: f64,
     /// What the polynomial through the nodes of an interval misses: its effect on ln(lambda) and tau across the interval.
     pub unresolved: Vec<f64>,
+    /// The factor by which changes of the field fell, each time that it was brought up to date, on the way to this state or before.
+    pub contraction: Option<f64>,
 }
 
 impl Repulsion {
@@ -103,6 +105,11 @@ impl Rest {
             (true, true) => 0.05 * last,
             (true, false) => last * (last / before).min(1.0).powi((k as i32 + 1) / 2),
         }
+    }
+
+    /// The place of each node.
+    pub fn places(&self) -> impl Iterator<Item = f64> + '_ {
+        self.mesh.windows(2).flat_map(|w| self.gauss.nodes.iter().map(|node| w[0] + (w[1] - w[0]) * node))
     }
 
     /// The value at `x`: of the polynomial through the nodes of its interval.
