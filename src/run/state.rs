@@ -184,7 +184,6 @@ impl Refinement {
         typical: &[f64],
         work: &mut Work,
     ) -> Result<Option<Solution>, Halt> {
-        self.rounds += 1;
         let mut kept = None;
         let effort = iterate(model, system, disc, z, &mut kept, work)?;
         // The estimate is as good as the factors it is solved with: renew those of an early iterate.
@@ -205,7 +204,8 @@ impl Refinement {
         let error = solution.worst_discretisation(wanted, typical);
         let (total, which) = solution.worst_error(model.accuracy, typical);
         let waste = solution.worst_of_mesh(wanted, typical);
-        if self.thrifty && self.rounds == 1 && waste < WASTE && disc.total_intervals() > 3 * disc.meshes.len() {
+        if self.thrifty && self.rounds == 0 && waste < WASTE && disc.total_intervals() > 3 * disc.meshes.len() {
+            self.rounds += 1;
             remesh(disc, z, &estimate, (waste / AIM).max(LEAST_WASTE).sqrt());
             return Ok(None);
         }
@@ -213,12 +213,13 @@ impl Refinement {
             return Ok(Some(solution));
         }
         let stuck = self.before.is_some_and(|before| !(error < before * 100.0 || error.is_infinite()));
-        if self.rounds == ROUNDS || disc.total_intervals() > MOST_INTERVALS || stuck {
+        if self.rounds + 1 == ROUNDS || disc.total_intervals() > MOST_INTERVALS || stuck {
             if total <= 1.0 {
                 return Ok(Some(solution));
             }
             return Err(too_coarse(model, &solution, which, disc));
         }
+        self.rounds += 1;
         self.before = Some(error);
         remesh(disc, z, &estimate, (error / AIM).min(1e12));
         Ok(None)

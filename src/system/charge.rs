@@ -6,12 +6,14 @@
 //! rho0 q_t = dD_l/d eta + rho0' D_l - D_m cos tau,       rho0 q_n = -D_l dtau/d eta - D_m sin tau
 //! ```
 //!
+//! with an image in a plane D f(h) accounts for f times that, for D_l f' dh/d eta along the membrane, and for -D f' downwards,
+//!
 //! and the rest is what is left at each node at which the equations are collocated.
 
-use super::repulsion::Rest;
+use super::repulsion::{Given, Image, Rest};
 use super::{Coordinate, Kind, Place, System};
 use crate::bvp::{Discretization, Gauss, Problem};
-use crate::physics::screened::{Charged, Ring, Sheet, on_surface};
+use crate::physics::screened::{Charged, Field, Ring, Sheet, near, on_surface};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -144,6 +146,27 @@ impl Charged for Surface<'_> {
     }
 }
 
+/// No field.
+const NOTHING: Field = Field { radial: 0.0, axial: 0.0, potential: 0.0, error: 0.0 };
+/// k times a distance beyond which no field is left.
+const LOST: f64 = 45.0;
+
+/// The field of the image of a surface at a place of it: that of the surface at the image of the place, mirrored.
+fn mirrored(sheet: &Sheet, k: f64, piece: usize, x: f64, image: &Image) -> Field {
+    let spot = sheet.at(piece, x);
+    let nearest = if image.side > 0.0 { sheet.span[1] } else { sheet.span[0] };
+    if k * image.side * (2.0 * image.plane - spot.z - nearest) > LOST {
+        return NOTHING;
+    }
+    let field = near(sheet, k, spot.u, 2.0 * image.plane - spot.z);
+    Field {
+        radial: image.sign * field.radial,
+        axial: -image.sign * field.axial,
+        potential: image.sign * field.potential,
+        error: field.error,
+    }
+}
+
 /// What the local energy misses on each piece, at the Gauss nodes of a state, and the processor time that this took on other threads,
 /// seconds; nothing where there is no repulsion.
 pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<Rest>, f64)> {
@@ -151,7 +174,7 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<R
     let (fine, smooth) = lifted(system, disc, z);
     let surface = Surface::new(system, &fine, &smooth);
     let sheet = Sheet::new(&surface);
-    let k = disc.gauss.stages();
+    let (k, globals) = (disc.gauss.stages(), disc.globals(z));
     let all: Vec<(usize, usize, usize)> = (0..system.pieces.len())
         .flat_map(|s| (0..disc.intervals(s)).flat_map(move |i| (0..k).map(move |j| (s, i, j))))
         .collect();
@@ -162,7 +185,12 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<R
             let begun = ThreadTime::now();
             let piece = &system.pieces[s];
             let x = disc.meshes[s][i] + disc.width(s, i) * disc.gauss.nodes[j];
-            let field = on_surface(&sheet, repulsion.k, s, outer(piece.coordinate, x));
+            let place = outer(piece.coordinate, x);
+            let mut field = NOTHING;
+            if repulsion.own > 0.0 {
+                field = on_surface(&sheet, repulsion.k, s, place);
+            }
+            let mirrored = repulsion.image.map_or(NOTHING, |image| mirrored(&sheet, repulsion.k, s, place, &image));
             let n = piece.states();
             let mut y = [0.0; 4];
             disc.interpolate(z, s, i, disc.gauss.nodes[j], &mut y[..n]);
@@ -173,15 +201,21 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<R
             // Slopes are of ln(lambda), ln(mu), tau by x.
             let [by_l, by_m] = [slopes[0] * m.lambda / stretch, slopes[1] * m.mu / stretch];
             let turning = if let Kind::Free = piece.kind { slopes[2] / stretch } else { 0.0 };
-            let t = (d.w_ll * by_l + d.w_lm * by_m + m.slope0 * d.w_l - d.w_m * m.cos) / m.rho0;
-            let normal = (-d.w_l * turning - d.w_m * m.sin) / m.rho0;
+            let p: Vec<f64> = piece.parameters().iter().map(|&g| globals[g]).collect();
+            let h = piece.height(&m, &y[..n], piece.ends(&p).2);
+            let [f, slope] = repulsion.factor(h);
+            let t = f * (d.w_ll * by_l + d.w_lm * by_m + m.slope0 * d.w_l - d.w_m * m.cos) / m.rho0
+                + slope * d.w_l * m.lambda * m.sin;
+            let normal = f * (-d.w_l * turning - d.w_m * m.sin) / m.rho0;
             let c = repulsion.coupling;
-            let radial = c * field.radial - (t * m.cos + normal * m.sin);
-            let axial = c * field.axial - (t * m.sin - normal * m.cos);
+            let radial = c * (field.radial + mirrored.radial) - (t * m.cos + normal * m.sin);
+            let axial = c * (field.axial + mirrored.axial) - (t * m.sin - normal * m.cos) - repulsion.pull(&m, h);
             // How much of a traction arrives in ln(lambda) and tau.
             let r = &m.response;
             let effect = m.rho0 * stretch * disc.width(s, i) / r.w_l.abs().min(m.lambda * r.w_ll.abs());
-            let node = ([radial / m.rho0, axial, 0.5 * c * field.potential], [c * field.error, effect, m.rho0]);
+            let energies = [field, mirrored].map(|field| 0.5 * c * field.potential);
+            let given = [radial / m.rho0, axial, energies[0], c * mirrored.axial, energies[1]];
+            let node = (given, [c * (field.error + mirrored.error), effect, m.rho0]);
             let elsewhere = if std::thread::current().id() == here { 0.0 } else { begun.elapsed().as_secs_f64() };
             (node, elsewhere)
         })
@@ -209,7 +243,7 @@ pub fn rests(system: &System, disc: &Discretization, z: &[f64]) -> Option<(Vec<R
 }
 
 /// What is found at a node: the values of a [`Rest`]; the error, how much of a traction arrives in the states, the reference radius.
-type Node = ([f64; 3], [f64; 3]);
+type Node = (Given, [f64; 3]);
 
 /// Gives a system the field that continues that of two states of a branch: on by `t` times the way from the first to the second.
 pub fn continue_field(system: &mut System, [first, second]: [&System; 2], t: f64) {
@@ -251,7 +285,7 @@ pub fn renew(system: &mut System, rests: Vec<Rest>, before: Option<f64>, enough:
         let old = piece.repulsion.as_ref().and_then(|r| r.rest.as_ref());
         known = known.or(old.and_then(|old| old.contraction));
         for (at, (x, value)) in rest.places().zip(&rest.values).enumerate() {
-            let old = old.map_or([0.0; 3], |old| old.at(x));
+            let old = old.map_or(Given::default(), |old| old.at(x));
             let moved = ((value[0] - old[0]) * rest.radii[at]).hypot(value[1] - old[1]);
             change = if moved > change || moved.is_nan() { moved } else { change };
         }
@@ -282,4 +316,67 @@ pub fn renew(system: &mut System, rests: Vec<Rest>, before: Option<f64>, enough:
         repulsion.rest = Some(Arc::new(rest));
     }
     Renewed { change, left, grain }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    /// A sphere around the origin with a uniform charge of 1 per area, in one piece, x the angle from the top pole over pi.
+    struct Ball(f64);
+
+    impl Charged for Ball {
+        fn pieces(&self) -> usize {
+            1
+        }
+        fn breaks(&self, _: usize) -> &[f64] {
+            &[0.0, 0.25, 0.5, 0.75, 1.0]
+        }
+        fn at(&self, _: usize, x: f64) -> Ring {
+            let (sin, cos) = ((PI * x.min(1.0 - x)).sin(), (PI * x).cos());
+            let r = self.0;
+            let [du, dz] = [cos, sin].map(|v| PI * r * v);
+            Ring { u: r * sin, z: -r * cos, du, dz, charge: r * sin * PI * r }
+        }
+    }
+
+    /// Outside, a charged sphere acts like a point that carries its charge times sinh(k r)/(k r).
+    #[test]
+    fn the_image_of_a_sphere_is_a_point() {
+        let r = 1.2;
+        let sheet = Sheet::new(&Ball(r));
+        for k in [1.0_f64, 10.0, 100.0] {
+            for gap in [1e-4, 0.003, 0.3] {
+                // z grows downwards
+                let plane = r + gap;
+                let exact = |x: f64, plane: f64, sign: f64| {
+                    let (u, z) = (r * (PI * x).sin(), -r * (PI * x).cos() - 2.0 * plane);
+                    let l = u.hypot(z);
+                    // 4 pi r^2 sinh(k r)/(k r) exp(-k l), without overflow
+                    let q = 2.0 * PI * r / k * ((k * (r - l)).exp() - (-k * (r + l)).exp());
+                    let e = q * (1.0 + k * l) / l.powi(3);
+                    [sign * e * u, sign * e * z, sign * q / l]
+                };
+                for x in [0.0, 0.4, 0.9, 0.999, 1.0] {
+                    for sign in [1.0, -1.0] {
+                        let f = mirrored(&sheet, k, 0, x, &Image { sign, plane, side: 1.0 });
+                        let miss = |e: [f64; 3]| {
+                            let field = (f.radial - e[0]).hypot(f.axial - e[1]);
+                            field.max(k * (f.potential - e[2]).abs())
+                        };
+                        let exact_here = miss(exact(x, plane, sign));
+                        assert!(
+                            exact_here < 1e-9 && exact_here <= f.error + 1e-15,
+                            "{k} {gap} {x}: {exact_here:e} {f:?}"
+                        );
+                        if x > 0.9 && gap < 0.1 {
+                            assert!(miss(exact(x, plane, -sign)) > 1e-3, "charges of the other sign");
+                            assert!(miss(exact(x, plane + 0.5 * gap, sign)) > 1e-5, "another plane");
+                        }
+                    }
+                }
+            }
+        }
+    }
 }

@@ -20,7 +20,7 @@ pub use coordinate::{Coordinate, Place, tip_length};
 pub use load::{Component, Load, Site, Variable, along};
 pub use piece::{Kind, MOST_LOADS, Piece, Pressure};
 pub use probe::{Field, Probe, Side};
-pub use repulsion::{Repulsion, Rest};
+pub use repulsion::{Image, Repulsion, Rest};
 pub use tip::coefficient as tip_coefficient;
 
 use crate::bvp::{Layout, Problem, Segment};

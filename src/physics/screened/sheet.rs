@@ -121,6 +121,8 @@ pub struct Sheet {
     unions: Vec<Vec<Option<Part>>>,
     /// Extent.
     pub size: f64,
+    /// Its least and greatest axial position.
+    pub span: [f64; 2],
     /// Largest charge density.
     pub most: f64,
     /// What the polynomials miss, relative to the size of each function.
@@ -130,8 +132,8 @@ pub struct Sheet {
 impl Sheet {
     /// Reads a surface.
     pub fn new(curve: &impl Charged) -> Self {
-        let (size, most) = extent(curve);
-        let mut sheet = Sheet { parts: vec![], unions: vec![], size, most, rough: 0.0 };
+        let (size, most, span) = extent(curve);
+        let mut sheet = Sheet { parts: vec![], unions: vec![], size, span, most, rough: 0.0 };
         for piece in 0..curve.pieces() {
             for w in curve.breaks(piece).windows(2).filter(|w| w[0] < w[1]) {
                 sheet.add(curve, piece, [w[0], w[1]], f64::INFINITY, 0);
@@ -198,8 +200,8 @@ impl Sheet {
     }
 }
 
-/// Extent of a meridian and largest absolute charge density, from one ring within each stretch and both ends.
-fn extent(curve: &impl Charged) -> (f64, f64) {
+/// Extent of a meridian, largest absolute charge density and least and greatest axial position, from one ring within each stretch and both ends.
+fn extent(curve: &impl Charged) -> (f64, f64, [f64; 2]) {
     let (mut low, mut high, mut wide, mut most) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64, 0.0_f64);
     let mut see = |ring: Ring| {
         (low, high, wide) = (low.min(ring.z), high.max(ring.z), wide.max(ring.u));
@@ -215,7 +217,7 @@ fn extent(curve: &impl Charged) -> (f64, f64) {
             see(curve.at(piece, *x));
         }
     }
-    (wide.max(0.5 * (high - low)), most)
+    (wide.max(0.5 * (high - low)), most, [low, high])
 }
 
 /// Angle of a Chebyshev node.
