@@ -330,12 +330,17 @@ impl Piece {
             if let Some(repulsion) = &self.repulsion {
                 let [_, axial, energy, image, image_energy] = repulsion.given(x);
                 let area = m.rho0 * measure * (2.0 * PI);
+                // They are given at a shape; how they change with it is, to leading order, how the local energy does.
+                let spread = m.lambda * m.mu;
+                let thinner = spread.recip() * spread.value();
                 let out = &mut out[self.repulsion_at()..];
                 out[0] = (drawn + axial) * area;
-                out[1] = area * energy;
-                if repulsion.image.is_some() {
-                    out[2] = area * image;
-                    out[3] = area * image_energy;
+                out[1] = area * thinner * energy;
+                if let Some(of) = repulsion.image {
+                    let h = self.height(&m, y, rest);
+                    let nearer = ((h - h.value()) * (2.0 * repulsion.k * of.side)).exp();
+                    out[2] = area * thinner * nearer * image;
+                    out[3] = area * thinner * nearer * image_energy;
                 }
             }
         }
