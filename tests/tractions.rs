@@ -99,6 +99,47 @@ fn the_potential_has_the_right_derivatives() {
     }
 }
 
+/// Images in the plane derive from the potential as well: with U_image = U_sub - U_direct, dU/d sigma_hat = U_direct/sigma_hat,
+/// dU/dC = (U_sub + U_self)/C, dU/dH = F; the direct term alone is not the force.
+#[test]
+fn images_in_the_plane_derive_from_a_potential() {
+    for substrate in ["Insulating", "Conducting"] {
+        let text = FILE
+            .replacen("debye_length: \"1/k\")", &format!("debye_length: \"1/k\", substrate: {substrate})"), 1)
+            .replace("\"energy_self\":", "\"image\": \"attraction.image_energy\", \"energy_self\":");
+        let base = [1.2, 20.0, 0.05, 0.01, 4.0];
+        let total = |v: [f64; 5]| {
+            let mut set = charged(v[0], v[1], v[2], v[3]).to_vec();
+            set.push(("accuracy", "1e-9".to_owned()));
+            let s = solve(&text, &set, ("sigma_hat", v[4]));
+            (s("energy").0 + s("energy_substrate").0 + s("energy_self").0, s)
+        };
+        let (_, s) = total(base);
+        let direct = s("energy_substrate").0 - s("image").0;
+        let expected =
+            [(2, (s("energy_substrate").0 + s("energy_self").0) / base[2]), (3, s("force").0), (4, direct / base[4])];
+        for (which, derivative) in expected.into_iter().filter(|e| e.0 == 3 || substrate == "Insulating") {
+            let slope = |d: f64| {
+                let (mut up, mut down) = (base, base);
+                up[which] *= 1.0 + d;
+                down[which] *= 1.0 - d;
+                (total(up).0 - total(down).0) / (2.0 * d * base[which])
+            };
+            // Richardson: the error of central differences is even.
+            let [a, b, c] = [0.02, 0.04, 0.08].map(slope);
+            let [a, b] = [(4.0 * a - b) / 3.0, (4.0 * b - c) / 3.0];
+            let found = (16.0 * a - b) / 15.0;
+            let miss = (found / derivative - 1.0).abs();
+            println!("{substrate} {which}: {found} {derivative} {miss:e}");
+            assert!(miss < 1e-7, "{substrate}, parameter {which}: {found} {derivative}");
+            if which == 3 {
+                // The plane's own charge pulls with -k U_direct only.
+                assert!((found / (-20.0 * direct) - 1.0).abs() > 1e-3);
+            }
+        }
+    }
+}
+
 /// Without the repulsion of the membrane by itself the answer is another one.
 #[test]
 fn the_repulsion_matters() {
@@ -144,4 +185,51 @@ fn the_ground_carries_the_weight() {
         let area = if current { s("area").0 } else { 4.0 * std::f64::consts::PI };
         assert!((s("pressed").0 / (0.1 * area) - 1.0).abs() < 1e-9, "{per}");
     }
+}
+
+/// What cannot be is said at its place; what is right is taken.
+#[test]
+fn charges_that_cannot_be_are_refused_by_name() {
+    let with_images = FILE.replacen("debye_length: \"1/k\")", "debye_length: \"1/k\", substrate: Insulating)", 1);
+    let repelled = FILE.replace("from: 0.05, to: 60", "from: -0.05, to: -60");
+    let plane = "/tractions/attraction/ChargedPlane";
+    let own = "/tractions/repulsion/SelfRepulsion";
+    for (text, setting, code, place) in [
+        (FILE, ("H", "-0.1"), "charged-plane", format!("{plane}/h")),
+        (FILE, ("k", "0"), "not-finite", format!("{plane}/debye_length")),
+        (FILE, ("k", "-5"), "charge", format!("{plane}/debye_length")),
+        (FILE, ("C", "-1"), "charge", format!("{plane}/coupling")),
+        (FILE, ("C", "44"), "no-tension", format!("{own}/coupling")),
+        (&repelled, ("C", "0.05"), "equal-charges", "/branch/from".to_owned()),
+        (&with_images, ("H", "0"), "image-in-contact", format!("{plane}/h")),
+    ] {
+        let document = parse("a file of this test", text.to_owned(), Syntax::Ron);
+        let found = membrane::model::resolve(&with(&document, &[setting]).problem).unwrap_err().diagnostics;
+        let places = membrane::diagnostic::to_json(&found, &document);
+        assert_eq!(found[0].code, code, "{setting:?}");
+        let labels = format!("{:?}", found[0]);
+        assert!(labels.contains(&place), "{setting:?}: {labels} {places:?}");
+        resolve(&document_that_is_right(text));
+    }
+}
+
+/// The same text with the sign and the distance mended.
+fn document_that_is_right(text: &str) -> membrane::spec::Document {
+    parse("a file of this test", text.replace("from: -0.05, to: -60", "from: 0.05, to: 60"), Syntax::Ron)
+}
+
+/// With a long screening length a strong attraction compresses what lies on the plane: an event, and states that are not admissible.
+#[test]
+fn compression_in_the_contact_is_an_event() {
+    let text = FILE.replace("from: 0.05, to: 60, steps: 20", "from: 20, to: 40, steps: 2");
+    let events = |k: &str| {
+        let set = [("k", k), ("accuracy", "1e-6")];
+        let model = resolve(&with(&parse("a file of this test", text.clone(), Syntax::Ron), &set));
+        let outcome = run(&model, None);
+        assert_eq!(outcome.status, Status::Complete);
+        let last = outcome.points.last().unwrap().solution.certificate.is_admissible();
+        (outcome.events.iter().filter(|e| e.kind == "wrinkling").count(), last)
+    };
+    assert_eq!(events("10"), (1, false));
+    assert_eq!(events("100"), (0, true));
 }

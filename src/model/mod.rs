@@ -233,7 +233,10 @@ fn understand(
     if initial.charge.is_some() && initial.pressure <= 0.0 {
         errors.push(
             Diagnostic::error("no-tension", "the repulsion of the charge leaves the inflated membrane no tension")
-                .at("/tractions", format!("its over-pressure would be {:.6}", initial.pressure))
+                .at(
+                    tractions::place_of_repulsion(problem),
+                    format!("its over-pressure would be {:.6}", initial.pressure),
+                )
                 .help("a smaller coupling, or more inflation"),
         );
         return None;

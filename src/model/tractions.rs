@@ -4,13 +4,18 @@ use super::names::Names;
 use super::{bracket, token};
 use crate::diagnostic::Diagnostic;
 use crate::expr::nearest;
-use crate::spec::{Area, Name, Number, Problem, Traction};
-use crate::system::{Component, Load, MOST_LOADS, Piece, Repulsion};
+use crate::spec::{Area, Element, Name, Number, Problem, Substrate, Traction};
+use crate::system::{Component, Image, Load, MOST_LOADS, Piece, Repulsion};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+/// The least distance from a plane with images, in radii of the initial membrane: the image of what lies on the plane itself coincides
+/// with it.
+const LEAST_GAP: f64 = 1e-6;
+
 /// Puts the tractions of a file on its pieces.
 pub(super) fn apply(problem: &Problem, names: &mut Names, pieces: &mut [Piece], errors: &mut Vec<Diagnostic>) {
+    let (mut own, mut images): (Option<Charge>, Option<(Charge, Image)>) = (None, None);
     for (name, traction) in &problem.tractions {
         let pointer = format!("/tractions/{}", token(name));
         let (on, word) = match traction {
@@ -35,8 +40,8 @@ pub(super) fn apply(problem: &Problem, names: &mut Names, pieces: &mut [Piece], 
                 let current = *per == Area::CurrentArea;
                 add(name, &components, current, &chosen, &pointer, names, pieces, errors);
             }
-            Traction::ChargedPlane { h, charge_ratio, coupling, debye_length, .. } => {
-                let Some((_, k)) = charges(names, coupling, debye_length, &pointer, errors) else { continue };
+            Traction::ChargedPlane { h, charge_ratio, coupling, debye_length, substrate, .. } => {
+                let Some((c, k)) = charges(names, coupling, debye_length, &pointer, errors) else { continue };
                 let down = match plane_below(names, h, &pointer, errors) {
                     Some(below) => {
                         if below {
@@ -47,8 +52,21 @@ pub(super) fn apply(problem: &Problem, names: &mut Names, pieces: &mut [Piece], 
                     }
                     None => continue,
                 };
+                opposite(problem, charge_ratio, *substrate, &pointer, names, errors);
+                let times = match substrate {
+                    Substrate::Transparent => 2,
+                    Substrate::Insulating | Substrate::Conducting => {
+                        let sign = if *substrate == Substrate::Insulating { 1.0 } else { -1.0 };
+                        if let Some(plane) = plane_of_images(problem, names, h, on.is_some(), &pointer, errors) {
+                            let image = Image { sign, plane, side: down };
+                            images = Some((Charge { coupling: c, k, pointer: pointer.clone() }, image));
+                        }
+                        // Of its own charge no field goes into the solid.
+                        4
+                    }
+                };
                 let text = format!(
-                    "{down}*2*pi*{}*{}*exp(-{down}*({} - h)*({k:e}))",
+                    "{down}*{times}*pi*{}*{}*exp(-{down}*({} - h)*({k:e}))",
                     bracket(coupling),
                     bracket(charge_ratio),
                     bracket(h)
@@ -64,19 +82,17 @@ pub(super) fn apply(problem: &Problem, names: &mut Names, pieces: &mut [Piece], 
                     );
                 }
                 let Some((coupling, k)) = charges(names, coupling, debye_length, &pointer, errors) else { continue };
-                for piece in pieces.iter_mut() {
-                    if piece.repulsion.is_some() {
-                        errors.push(
-                            Diagnostic::error("declared-twice", "the membrane repels itself twice")
-                                .at(pointer.clone(), "the second one"),
-                        );
-                        break;
-                    }
-                    piece.repulsion = Some(Repulsion { coupling, k, rest: None });
+                if own.is_some() {
+                    errors.push(
+                        Diagnostic::error("declared-twice", "the membrane repels itself twice")
+                            .at(pointer.clone(), "the second one"),
+                    );
                 }
+                own = Some(Charge { coupling, k, pointer });
             }
         }
     }
+    charge(problem, own, images, pieces, errors);
     // Where the face under a piece stands, and the end of the membrane that the forces come to.
     for (s, piece) in pieces.iter_mut().enumerate() {
         piece.level = names.extent().map_or(0.0, |extent| extent.1);
@@ -84,6 +100,122 @@ pub(super) fn apply(problem: &Problem, names: &mut Names, pieces: &mut [Piece], 
             let (name, said) = problem.bodies.get_index(body).expect("a body of the file");
             piece.apex = names.globals(&said.h, &format!("/bodies/{}/h", token(name)), errors);
         }
+    }
+}
+
+/// The charge of the membrane: coupling and inverse screening length, and where the file says so.
+struct Charge {
+    coupling: f64,
+    k: f64,
+    pointer: String,
+}
+
+/// Charges the pieces: the whole membrane carries the charge that repels itself, and its images.
+fn charge(
+    problem: &Problem,
+    own: Option<Charge>,
+    images: Option<(Charge, Image)>,
+    pieces: &mut [Piece],
+    errors: &mut Vec<Diagnostic>,
+) {
+    let repels = if own.is_some() { 1.0 } else { 0.0 };
+    if let (Some(own), Some((plane, _))) = (&own, &images)
+        && ((own.coupling, own.k) != (plane.coupling, plane.k))
+    {
+        errors.push(
+            Diagnostic::error("charge", "one membrane in one electrolyte has one coupling and one screening length")
+                .at(plane.pointer.clone(), format!("here {} and {}", plane.coupling, 1.0 / plane.k))
+                .at(own.pointer.clone(), format!("here {} and {}", own.coupling, 1.0 / own.k)),
+        );
+        return;
+    }
+    let image = images.as_ref().map(|i| i.1);
+    let Some(charge) = own.or(images.map(|i| i.0)) else { return };
+    if let Some(Element::Mirror { .. }) = problem.meridian.iter().flatten().last() {
+        errors.push(
+            Diagnostic::error(
+                "not-supported",
+                "a charged membrane with a mirror plane cannot be solved by this version",
+            )
+            .at(charge.pointer, "its other half would act on it as well")
+            .help("model the whole membrane, from pole to pole"),
+        );
+        return;
+    }
+    for piece in pieces {
+        piece.repulsion = Some(Repulsion { coupling: charge.coupling, k: charge.k, own: repels, image, rest: None });
+    }
+}
+
+/// The axial position of a plane with images: it stands still, alone, apart from the membrane, and acts on all of it.
+fn plane_of_images(
+    problem: &Problem,
+    names: &Names,
+    h: &Number,
+    on: bool,
+    pointer: &str,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<f64> {
+    let mut refuse = |at: String, what: &str, label: &str| {
+        errors.push(Diagnostic::error("not-supported", what.to_owned()).at(at, label.to_owned()));
+    };
+    if on {
+        refuse(format!("{pointer}/on"), "the whole membrane has an image", "leave this out");
+    }
+    let planes = problem.tractions.values().filter(|t| matches!(t, Traction::ChargedPlane { .. })).count();
+    if planes > 1 {
+        refuse(
+            format!("{pointer}/substrate"),
+            "two planes make images of images",
+            "only next to no other charged plane",
+        );
+    }
+    let at = format!("{pointer}/h");
+    let plane = names.constant(h, &at, errors)?;
+    let (top, bottom) = names.extent()?;
+    let gap = (plane - bottom).max(top - plane);
+    if gap < LEAST_GAP * 0.5 * (bottom - top) {
+        errors.push(
+            Diagnostic::error("image-in-contact", "where the membrane touches the plane its image coincides with it")
+                .at(at, format!("{gap} from the membrane"))
+                .help(format!("a distance of {LEAST_GAP} radii or more; `Transparent` goes down to 0")),
+        );
+        return None;
+    }
+    Some(plane)
+}
+
+/// Charges of equal sign repel each other: where nothing else brings the membrane to the plane, no state is in contact with it.
+fn opposite(
+    problem: &Problem,
+    ratio: &Number,
+    substrate: Substrate,
+    pointer: &str,
+    names: &Names,
+    errors: &mut Vec<Diagnostic>,
+) {
+    let held = |t: &Traction| matches!(t, Traction::Applied { .. });
+    let touches = problem.meridian.iter().flatten().any(|e| matches!(e, Element::Contact { .. }));
+    if substrate == Substrate::Conducting || !touches || problem.tractions.values().any(held) {
+        return;
+    }
+    // Its values, and where the file says them.
+    let mut said: Vec<(&Number, String)> = vec![];
+    match &problem.branch {
+        Some(branch) if matches!(ratio, Number::Formula(f) if f.as_str() == branch.control.as_str()) => {
+            said.extend(branch.from.iter().map(|n| (n, "/branch/from".to_owned())));
+            said.extend(branch.to.iter().map(|n| (n, "/branch/to".to_owned())));
+            said.extend(branch.at.iter().flatten().enumerate().map(|(i, n)| (n, format!("/branch/at/{i}"))));
+        }
+        _ => said.push((ratio, format!("{pointer}/charge_ratio"))),
+    }
+    let values = said.into_iter().filter_map(|(n, at)| Some((names.constant(n, "", &mut vec![])?, at)));
+    for (value, at) in values.filter(|(value, _)| *value < 0.0) {
+        errors.push(
+            Diagnostic::error("equal-charges", format!("at a charge ratio of {value} membrane and plane repel each other"))
+                .at(at, "charges of equal sign")
+                .help("`charge_ratio` is the charge of the plane over that of the membrane, with opposite sign: positive where they attract"),
+        );
     }
 }
 
@@ -95,6 +227,12 @@ pub(super) fn act_on(problem: &Problem, segment: &str) -> bool {
         }
         Traction::SelfRepulsion { .. } => true,
     })
+}
+
+/// Where the file says that the membrane repels itself.
+pub(super) fn place_of_repulsion(problem: &Problem) -> String {
+    let found = problem.tractions.iter().find(|t| matches!(t.1, Traction::SelfRepulsion { .. }));
+    found.map_or("/tractions".to_owned(), |(name, _)| format!("/tractions/{}/SelfRepulsion/coupling", token(name)))
 }
 
 /// The screened repulsion of the file, if there is one: coupling and inverse screening length.
@@ -147,7 +285,8 @@ fn plane_below(names: &Names, h: &Number, pointer: &str, errors: &mut Vec<Diagno
     }
     errors.push(
         Diagnostic::error("charged-plane", format!("the charged plane at h = {h} cuts the initial membrane"))
-            .at(at, format!("the membrane stands between h = {top} and {bottom}")),
+            .at(at, format!("the membrane stands between h = {top} and {bottom}"))
+            .help("it stands behind the plane that the membrane rests on, at a distance of 0 or more"),
     );
     None
 }

@@ -14,6 +14,8 @@ use std::sync::Arc;
 
 /// Turns of the control on one branch.
 const MOST_TURNS: usize = 20;
+/// Accuracy of states that only lead to others, where they are dear.
+const APPROACH: f64 = 1e-5;
 /// What is said of a run that was stopped.
 const INTERRUPTED: &str = "interrupted";
 
@@ -47,15 +49,48 @@ pub fn run(model: &Model, requests: &[Request], progress: &mut dyn FnMut(usize, 
 /// A stiffness relative to the tension, lambda w_ll/w_l, below which the end of a branch is put down to the material.
 const SOFT: f64 = 0.2;
 
+/// The model with the accuracy that states need which only lead to others: as it is, or less where the membrane repels itself.
+fn approach(model: &Arc<Model>) -> Arc<Model> {
+    if model.system.repels() && model.accuracy < APPROACH {
+        return Arc::new(Model { accuracy: APPROACH, ..Model::clone(model) });
+    }
+    model.clone()
+}
+
 impl Tracer {
-    /// The first state, ready to be continued in the control.
+    /// The first state, ready to be continued in the control. It is not reported, and need not be accurate where states are dear.
     fn begin(&mut self) -> Result<(), String> {
+        let exact = self.model.clone();
+        self.model = approach(&exact);
+        let result = self.begin_with();
+        self.model = exact;
+        result
+    }
+
+    fn begin_with(&mut self) -> Result<(), String> {
         let first =
             start::first(&self.model, &mut self.work).map_err(|halt| format!("no first state was found: {halt}"))?;
         // It was closed by something else than the control.
         let c = self.value(&first);
         self.history.push(first);
         let again = self.at(c).map_err(|halt| format!("no first state was found: {halt}"))?;
+        self.history = vec![again];
+        Ok(())
+    }
+
+    /// From the first state to the first value of the control. The states between are reported where `watch`.
+    fn go_first(&mut self, c: f64, watch: bool) -> Result<(), Stop> {
+        let exact = self.model.clone();
+        if watch || approach(&exact).accuracy == exact.accuracy {
+            return self.go(c, watch);
+        }
+        self.model = approach(&exact);
+        let reached = self.go(c, false);
+        if self.model.presence == exact.presence {
+            self.model = exact;
+        }
+        reached?;
+        let again = self.at(c).map_err(Stop::Halt)?;
         self.history = vec![again];
         Ok(())
     }
@@ -74,7 +109,7 @@ impl Tracer {
             self.report(Reason::Step, None, initial);
         } else {
             // To the first value: the first state may lie on either side of it, and is not part of the branch asked for.
-            match self.go(targets[0], loaded) {
+            match self.go_first(targets[0], loaded) {
                 Ok(()) => self.report_last(targets.len() == 1),
                 Err(Stop::Met) => return Ok(()),
                 Err(stop) => return Err(self.stopped(&stop)),
@@ -269,7 +304,7 @@ impl Tracer {
                 self.meet(None, &initial);
                 self.meet(Some(&initial), &first);
             } else {
-                let reached = self.go(targets[0], false);
+                let reached = self.go_first(targets[0], false);
                 self.asked = Some(asked);
                 match reached {
                     Ok(()) => {

@@ -5,7 +5,7 @@ use crate::bvp::{
 };
 use crate::model::Model;
 use crate::solution::Solution;
-use crate::system::{System, renew, rests};
+use crate::system::{Renewed, System, renew, rests};
 use std::sync::Arc;
 
 /// Work spent on a state.
@@ -55,13 +55,16 @@ pub enum Halt {
 const MOST_INTERVALS: usize = 1000;
 /// Rounds of refinement.
 const ROUNDS: usize = 9;
+/// A mesh is not made coarser by more than this at once.
+const LEAST_WASTE: f64 = 1e-4;
 /// A change by the last refinement of a tangent above this tells that its factors are not good enough.
 const REFINED: f64 = 1e-6;
 /// Times that the field of a charged membrane is brought up to date on one mesh.
 const SWEEPS: usize = 12;
-/// A change of that field by less than this part of the accuracy asked for, relative to the tension over the radius, is none.
+/// What is left of a change of that field counts as nothing below this part of the accuracy asked for, relative to the tension over
+/// the radius.
 const SETTLED: f64 = 1e-2;
-/// Meshes are made for this accuracy even where less is asked for: it costs little.
+/// Meshes are made for this accuracy even where less is asked for, where it costs little.
 const LOOSEST: f64 = 1e-8;
 /// The part of the accuracy asked for that a mesh is made for ..
 const AIM: f64 = 0.03;
@@ -97,24 +100,24 @@ pub(super) fn solve(
         // The field of a shape that its mesh does not resolve yet is no guide.
         solve_given(model, system, disc, z, typical, work)?;
     }
-    let mut refinement = Refinement::default();
+    let mut refinement = Refinement { thrifty: true, ..Refinement::default() };
+    iterate(model, system, disc, z, &mut None, work)?;
+    let accurate = |solution: &Solution| solution.worst_error(model.accuracy, typical).0 <= 1.0;
+    let (mut sweeps, mut before) = (0, None);
     loop {
-        let mut kept = None;
-        let mut settled = false;
-        for _ in 0..SWEEPS {
-            iterate(model, system, disc, z, &mut kept, work)?;
-            let Some((rests, elsewhere)) = rests(system, disc, z) else { break };
-            work.elsewhere += elsewhere;
-            settled = renew(system, rests) <= enough;
-            if settled {
-                break;
+        let Some((rests, elsewhere)) = rests(system, disc, z) else { return Err(Halt::Field) };
+        work.elsewhere += elsewhere;
+        let Renewed { change, left, grain } = renew(system, rests, before, enough);
+        sweeps += 1;
+        // The mesh is judged at every sweep: on one that is too coarse the field need not settle.
+        match refinement.round(model, system, disc, z, typical, work)? {
+            Some(solution) if left <= enough && (left <= grain || accurate(&solution)) => return Ok(solution),
+            Some(_) if sweeps == SWEEPS => return Err(Halt::Field),
+            Some(_) => before = Some(change),
+            None => {
+                iterate(model, system, disc, z, &mut None, work)?;
+                (sweeps, before) = (0, None);
             }
-        }
-        if !settled {
-            return Err(Halt::Field);
-        }
-        if let Some(solution) = refinement.round(model, system, disc, z, typical, work)? {
-            return Ok(solution);
         }
     }
 }
@@ -162,6 +165,8 @@ fn iterate(
 /// The rounds of refinement for one state.
 #[derive(Default)]
 struct Refinement {
+    /// True where each node of a mesh is dear: one that is finer than needed is made coarser in the first round.
+    thrifty: bool,
     rounds: usize,
     /// The error of the round before.
     before: Option<f64>,
@@ -179,7 +184,6 @@ impl Refinement {
         typical: &[f64],
         work: &mut Work,
     ) -> Result<Option<Solution>, Halt> {
-        self.rounds += 1;
         let mut kept = None;
         let effort = iterate(model, system, disc, z, &mut kept, work)?;
         // The estimate is as good as the factors it is solved with: renew those of an early iterate.
@@ -196,21 +200,26 @@ impl Refinement {
         let tangent = tangent(system, disc, z, &factors);
         let solution = Solution::read(model, system, disc, z, &tangent, &estimate, &noise);
         work.intervals = disc.total_intervals();
-        let error = solution.worst_discretisation(model.accuracy.min(LOOSEST), typical);
+        let wanted = if self.thrifty { model.accuracy } else { model.accuracy.min(LOOSEST) };
+        let error = solution.worst_discretisation(wanted, typical);
         let (total, which) = solution.worst_error(model.accuracy, typical);
+        let waste = solution.worst_of_mesh(wanted, typical);
+        if self.thrifty && self.rounds == 0 && waste < WASTE && disc.total_intervals() > 3 * disc.meshes.len() {
+            self.rounds += 1;
+            remesh(disc, z, &estimate, (waste / AIM).max(LEAST_WASTE).sqrt());
+            return Ok(None);
+        }
         if error <= GOOD {
-            if error < WASTE && disc.total_intervals() > 3 * disc.meshes.len() {
-                remesh(disc, z, &estimate, (error / AIM).max(1e-6));
-            }
             return Ok(Some(solution));
         }
         let stuck = self.before.is_some_and(|before| !(error < before * 100.0 || error.is_infinite()));
-        if self.rounds == ROUNDS || disc.total_intervals() > MOST_INTERVALS || stuck {
+        if self.rounds + 1 == ROUNDS || disc.total_intervals() > MOST_INTERVALS || stuck {
             if total <= 1.0 {
                 return Ok(Some(solution));
             }
             return Err(too_coarse(model, &solution, which, disc));
         }
+        self.rounds += 1;
         self.before = Some(error);
         remesh(disc, z, &estimate, (error / AIM).min(1e12));
         Ok(None)

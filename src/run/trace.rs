@@ -8,13 +8,15 @@ use crate::bvp::Discretization;
 use crate::model::Model;
 use crate::number::plain;
 use crate::solution::Solution;
-use crate::system::{Closing, System};
+use crate::system::{Closing, System, continue_field};
 use std::sync::Arc;
 
 /// The smallest step, relative to the span of the branch, before the control is believed to turn back.
 const LEAST_STEP: f64 = 1e-3;
 /// A state that misses its prediction by more, relative, and by half of the way that was made, is taken for one of another branch.
 const JUMP: f64 = 0.3;
+/// A field is not continued further than this, relative to the last step.
+const FURTHEST: f64 = 3.0;
 /// A value that misses an end of the branch by less, relative, is that end.
 const SAME: f64 = 1e-10;
 
@@ -144,9 +146,28 @@ impl Tracer {
         (disc, z)
     }
 
+    /// The field of a charged membrane at a predicted state on the newest mesh: it goes on from the last states as far as the shape does.
+    fn foresee(&mut self, disc: &Discretization, z: &[f64]) {
+        let (Some(s1), true) = (self.history.last(), self.system.repels()) else { return };
+        let s0 = &self.history[0];
+        let before = if s0.disc.meshes == disc.meshes { s0.state.clone() } else { s0.disc.transfer(&s0.state, disc) };
+        let (mut along, mut length) = (0.0, 0.0);
+        for (s, segment) in disc.layout.segments.iter().enumerate() {
+            for i in disc.y(s, 0)..disc.y(s, disc.intervals(s)) + segment.states {
+                let step = s1.state[i] - before[i];
+                along += (z[i] - s1.state[i]) * step;
+                length += step * step;
+            }
+        }
+        let t = if length > 0.0 { along / length } else { 0.0 };
+        let t = if t.abs() <= FURTHEST { t } else { 0.0 };
+        continue_field(&mut self.system, [s0.system(&self.model), s1.system(&self.model)], t);
+    }
+
     /// Solves at a value of the control.
     pub(super) fn at(&mut self, c: f64) -> Result<Solution, Halt> {
         let (mut disc, mut z) = self.predict(c);
+        self.foresee(&disc, &z);
         let of = &self.model.quantities[self.control].formula;
         self.system.closing = Closing::Value { of: of.clone(), target: c };
         state::solve(&self.model, &mut self.system, &mut disc, &mut z, &self.typical, &mut self.work)

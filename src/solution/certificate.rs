@@ -256,13 +256,23 @@ fn patch_balance(view: &View, s: usize) -> (Carried, f64) {
             (Coordinate::FromTip(_), Side::Start) | (Coordinate::ToTip(_), Side::End)
         );
         if let Some(m) = view.end(s, side).filter(|_| !tip) {
-            let w_l = piece.repulsion.as_ref().map_or(m, |r| r.added_to(&m)).response.w_l;
+            let w_l = balanced(view, s, side, &m).response.w_l;
             let (push, pull) = (m.u() * m.u() * p * PI, m.rho0 * w_l * m.sin * (2.0 * PI));
             balance = balance + (push - pull) * sign;
             size = size.max(push.re.abs()).max(pull.re.abs());
         }
     }
     (balance, size)
+}
+
+/// The membrane at an end of a piece with what its own repulsion adds to its tensions.
+fn balanced(view: &View, s: usize, side: Side, m: &Local<Carried>) -> Local<Carried> {
+    let piece = &view.system.pieces[s];
+    let Some(repulsion) = &piece.repulsion else { return *m };
+    let p: Vec<Carried> = piece.parameters().iter().map(|&g| view.global(g)).collect();
+    let i = if side == Side::Start { 0 } else { view.disc.intervals(s) };
+    let y: Vec<Carried> = (0..piece.states()).map(|c| view.unknown(view.disc.y(s, i) + c)).collect();
+    repulsion.added_to(m, piece.height(m, &y, piece.ends(&p).2))
 }
 
 /// What the tractions besides pressure do along the tangent, and the change of the local energy of the repulsion: at fixed material
@@ -296,8 +306,11 @@ fn traction_work(view: &View, s: usize) -> (f64, f64) {
             };
             work += measure.re * (radial.re * du + axial.re * dh);
             if let Some(repulsion) = &piece.repulsion {
-                let local = repulsion.local(m.lambda, m.mu).w;
+                let h = piece.height(&m, &y, piece.ends(&p).2);
+                let local = repulsion.local(m.lambda, m.mu).w * repulsion.factor(h)[0];
                 stored += (measure * local).du[TANGENT];
+                // What this energy does along the axis is among the tractions.
+                work -= measure.re * repulsion.pull(&m, h).re * dh;
             }
         }
     }
@@ -413,7 +426,10 @@ fn mesh_points(view: &View, s: usize) -> Vec<(usize, Plain)> {
                     sin: m.sin,
                     w_l: r.w_l,
                     w_m: r.w_m,
-                    w_balanced: piece.repulsion.as_ref().map_or(m, |own| own.added_to(&m)).response.w_l,
+                    w_balanced: piece
+                        .repulsion
+                        .as_ref()
+                        .map_or(r.w_l, |own| own.added_to(&m, piece.height(&m, &y, piece.ends(&p).2)).response.w_l),
                     p_c: piece.contact_pressure(&system.reference, &system.law, x, &y, &p),
                     drop: match &piece.kind {
                         Kind::Free => 0.0,

@@ -143,6 +143,11 @@ impl Solution {
         self.worst(accuracy, typical, reducible).0
     }
 
+    /// The same for all that a finer mesh would reduce, whether it stands out from rounding or not.
+    pub fn worst_of_mesh(&self, accuracy: f64, typical: &[f64]) -> f64 {
+        self.worst(accuracy, typical, |m| m.discretisation).0
+    }
+
     fn worst(&self, accuracy: f64, typical: &[f64], error: impl Fn(&Measured) -> f64) -> (f64, usize) {
         let mut worst = (0.0, 0);
         for (i, q) in self.quantities.iter().enumerate() {

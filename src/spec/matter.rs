@@ -1,5 +1,6 @@
 //! Words for the membrane itself: its reference shape, material, initial state, filling and loads.
 
+use super::is_default;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
@@ -335,6 +336,9 @@ pub enum Traction {
         coupling: Number,
         /// Screening length (length).
         debye_length: Number,
+        /// What is behind the plane: says what images of the membrane's charge it makes.
+        #[serde(default, skip_serializing_if = "is_default")]
+        substrate: Substrate,
         /// Names of the segments on which it acts; all unless given.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         on: Option<Vec<Name>>,
@@ -349,6 +353,19 @@ pub enum Traction {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         on: Option<Vec<Name>>,
     },
+}
+
+/// What is behind a charged plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[schemars(title = "a substrate")]
+pub enum Substrate {
+    /// The same electrolyte: no images; the screened forces add up.
+    #[default]
+    Transparent,
+    /// A solid without ions, of a low permittivity: images of the same sign, and twice the force of the plane's own charge.
+    Insulating,
+    /// A solid without ions, of a high permittivity: images of the opposite sign, and twice the force of the plane's own charge.
+    Conducting,
 }
 
 /// The area to which a traction refers.

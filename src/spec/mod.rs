@@ -29,7 +29,7 @@ use crate::diagnostic::{Diagnostic, Locate, Located, Place, closest};
 use origin::{Node, Parts, token, tokens};
 
 pub use body::{Body, Face, Facing, Shape};
-pub use matter::{Area, Fluid, Inflation, Initial, Material, OgdenTerm, Reference, Traction, Wrinkling};
+pub use matter::{Area, Fluid, Inflation, Initial, Material, OgdenTerm, Reference, Substrate, Traction, Wrinkling};
 pub use meridian::{Appears, ContactLaw, ContactSearch, Element, KinkLaw};
 pub use origin::{Origin, Source, Syntax};
 pub use problem::{Branch, Case, Expectation, Figure, Problem, Scale, Spacing, Sweep, Units, Values};

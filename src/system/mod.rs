@@ -16,13 +16,13 @@ mod probe;
 mod repulsion;
 mod tip;
 
-pub use charge::{renew, rests};
+pub use charge::{Renewed, continue_field, renew, rests};
 pub use coordinate::{Coordinate, Place, tip_length};
 pub use field::{FieldFormula, Reading, What};
 pub use load::{Component, Load, Site, Variable, along};
 pub use piece::{Kind, LOADS_AT, MOST_LOADS, Piece, Pressure};
 pub use probe::{Field, Probe, Side};
-pub use repulsion::{Repulsion, Rest};
+pub use repulsion::{Image, Repulsion, Rest};
 pub use tip::coefficient as tip_coefficient;
 
 use crate::bvp::{Layout, Problem, Segment};

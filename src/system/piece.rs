@@ -136,14 +136,14 @@ impl Piece {
     }
 
     /// Quadratures that are only reported: elastic energy, deformed area, length of the meridian (free), reference area, the axial force of
-    /// each load, the axial force and the energy of its own repulsion, and integrals of fields.
+    /// each load, the axial force and the energy of its own repulsion and the same of its image, and integrals of fields.
     pub fn reported(&self) -> usize {
         self.integrals_at() + self.integrals.len()
     }
 
     /// The place of the first integral of a field among what is reported.
     pub fn integrals_at(&self) -> usize {
-        LOADS_AT + self.loads.len() + 2 * usize::from(self.repulsion.is_some())
+        LOADS_AT + self.loads.len() + self.repulsion.as_ref().map_or(0, Repulsion::reported)
     }
 
     /// The place of the axial force of its own repulsion among what is reported; the energy follows.
@@ -168,6 +168,41 @@ impl Piece {
         p
     }
 
+    /// The tangent angle at a state of this piece.
+    fn tau<S: Scalar>(&self, local: &Local<S>, y: &[S]) -> S {
+        match &self.kind {
+            Kind::Free => y[2],
+            Kind::Contact(face) => face.tangent(face.frame(face.parameter(y[1], local.rho0)).angle),
+        }
+    }
+
+    /// The axial position that loads see, where they are given one; `rest`: the parameters without the places.
+    pub fn height<S: Scalar>(&self, local: &Local<S>, y: &[S], rest: &[S]) -> S {
+        let h = match &self.kind {
+            Kind::Free => y.get(3).copied().unwrap_or(S::from(0.0)),
+            Kind::Contact(face) => {
+                let apex = self.apex.as_ref().map_or(S::from(0.0), |(tape, globals)| {
+                    let (mut work, mut out) = (vec![], [S::from(0.0)]);
+                    tape.eval(&rest[rest.len() - globals.len()..], &mut work, &mut out);
+                    out[0]
+                });
+                apex + face.drop(face.parameter(y[1], local.rho0))
+            }
+        };
+        if self.reach == 1.0 { h } else { (h - self.level) * self.reach + self.level }
+    }
+
+    /// What its own repulsion does to the membrane at a state: its response with the local energy, and the traction away from the
+    /// axis and downwards that is left, along the membrane and outwards. A tension that depends on h pulls as well.
+    fn repelled<S: Scalar>(&self, repulsion: &Repulsion, m: &Local<S>, x: f64, h: S) -> (Local<S>, [S; 2]) {
+        let [radial, axial] = repulsion.rest(x, m.rho0);
+        if repulsion.image.is_none() {
+            return (repulsion.added_to(m, h), along(m, [radial, axial]));
+        }
+        let [t, n] = along(m, [radial, axial + repulsion.pull(m, h)]);
+        (repulsion.added_to(m, h), [t, n])
+    }
+
     /// The force of each load per reference area, away from the axis and downwards, at eta; `rest`: the parameters without the places.
     pub fn forces<S: Scalar>(
         &self,
@@ -178,22 +213,9 @@ impl Piece {
         rest: &[S],
         mut each: impl FnMut(usize, [S; 2]),
     ) {
+        let (tau, h) = (self.tau(local, y), self.height(local, y, rest));
         let mut rest = &rest[self.pressure.globals().len()..];
-        let given = self.loads.iter().map(|load| load.globals().count()).sum::<usize>();
-        let (tau, h) = match &self.kind {
-            Kind::Free => (y[2], y.get(3).copied().unwrap_or(S::from(0.0))),
-            Kind::Contact(face) => {
-                let apex = self.apex.as_ref().map_or(S::from(0.0), |(tape, _)| {
-                    let (mut work, mut out) = (vec![], [S::from(0.0)]);
-                    tape.eval(&rest[given..], &mut work, &mut out);
-                    out[0]
-                });
-                let t = face.parameter(y[1], local.rho0);
-                (face.tangent(face.frame(t).angle), apex + face.drop(t))
-            }
-        };
         let phi = reference.phi(eta);
-        let h = if self.reach == 1.0 { h } else { (h - self.level) * self.reach + self.level };
         let site = Site { local: *local, tau, h, phi, arc: phi * reference.radius(), pressed: S::from(0.0) };
         for (i, load) in self.loads.iter().enumerate() {
             let (own, others) = rest.split_at(load.globals().count());
@@ -204,7 +226,7 @@ impl Piece {
 
     /// The eta of both ends and the rest of the parameters; poles have 0, which nothing uses.
     #[inline(always)]
-    pub(super) fn ends<'a, S: Scalar>(&self, p: &'a [S]) -> (S, S, &'a [S]) {
+    pub fn ends<'a, S: Scalar>(&self, p: &'a [S]) -> (S, S, &'a [S]) {
         let mut rest = p;
         let mut take = |place: Place| match place {
             Place::Pole => S::from(0.0),
@@ -269,10 +291,15 @@ impl Piece {
         let (a, b, rest) = self.ends(p);
         let (eta, stretch) = self.coordinate.at(x, a, b);
         let m = self.local(reference, law, eta, y);
-        let (mut balanced, mut pull, mut push) = (m, S::from(0.0), S::from(0.0));
+        let (mut balanced, mut pull, mut push, mut drawn) = (m, S::from(0.0), S::from(0.0), S::from(0.0));
         if let Some(repulsion) = &self.repulsion {
-            balanced = repulsion.added_to(&m);
-            [pull, push] = along(&m, repulsion.rest(x, m.rho0));
+            let h = self.height(&m, y, rest);
+            (balanced, [pull, push]) = self.repelled(repulsion, &m, x, h);
+            if repulsion.image.is_some() {
+                drawn = repulsion.pull(&m, h);
+                // d w_l/dh dh/ds = -(d w/dh) sin(tau), as lambda w_l = -w.
+                pull = pull + drawn * m.sin * self.reach;
+            }
         }
         let loaded = (!self.loads.is_empty()).then(|| self.loaded(reference, eta, &m, y, rest));
         if let Some((t, n, _)) = &loaded {
@@ -314,10 +341,20 @@ impl Piece {
                 }
             }
             if let Some(repulsion) = &self.repulsion {
-                let [_, axial] = repulsion.rest(x, m.rho0);
+                let [_, axial, energy, image, image_energy] = repulsion.given(x);
+                let area = m.rho0 * measure * (2.0 * PI);
+                // They are given at a shape; how they change with it is, to leading order, how the local energy does.
+                let spread = m.lambda * m.mu;
+                let thinner = spread.recip() * spread.value();
                 let out = &mut out[self.repulsion_at()..];
-                out[0] = m.rho0 * axial * measure * (2.0 * PI);
-                out[1] = m.rho0 * measure * (2.0 * PI * repulsion.energy(x));
+                out[0] = (drawn + axial) * area;
+                out[1] = area * thinner * energy;
+                if let Some(of) = repulsion.image {
+                    let h = self.height(&m, y, rest);
+                    let nearer = ((h - h.value()) * (2.0 * repulsion.k * of.side)).exp();
+                    out[2] = area * thinner * nearer * image;
+                    out[3] = area * thinner * nearer * image_energy;
+                }
             }
         }
     }
@@ -350,8 +387,8 @@ impl Piece {
         match &self.repulsion {
             None => (m, [t, n]),
             Some(repulsion) => {
-                let [rt, rn] = along(&m, repulsion.rest(x, m.rho0));
-                (repulsion.added_to(&m), [t + rt, n + rn])
+                let (balanced, [rt, rn]) = self.repelled(repulsion, &m, x, self.height(&m, y, rest));
+                (balanced, [t + rt, n + rn])
             }
         }
     }

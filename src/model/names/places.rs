@@ -4,7 +4,7 @@ use super::scope::{Binder, Bound};
 use super::{JointName, Level, Names};
 use crate::expr::{Builder, ExprError, Function, Node, nearest};
 use crate::physics::surface::Facing;
-use crate::spec::Traction;
+use crate::spec::{Substrate, Traction};
 use crate::system::{Coordinate, Field, Kind, LOADS_AT, Probe, Side};
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -313,18 +313,41 @@ impl Binder<'_, '_> {
                 .sum_of(builder, &on, |names, s| Probe::Reported(s, place(names, s).expect("it acts there") + further));
             binder.scaled(builder, sum)
         };
+        // The image of the membrane in a plane is the plane's.
+        let mine = matches!(traction, Traction::ChargedPlane { substrate, .. } if *substrate != Substrate::Transparent);
+        let image = |names: &Names, s: usize| {
+            let repulsion = names.shapes[s].repulsion.as_ref().filter(|r| r.image.is_some() && (mine || repels))?;
+            (repulsion.reported() > 2).then(|| names.shapes[s].repulsion_at() + 2)
+        };
+        let of_image = |binder: &mut Self, builder: &mut Builder, further: usize| {
+            let on: Vec<usize> = all.iter().copied().filter(|&s| image(binder.names, s).is_some()).collect();
+            let sum = binder
+                .sum_of(builder, &on, |names, s| Probe::Reported(s, image(names, s).expect("it has one") + further));
+            binder.scaled(builder, sum)
+        };
         match (rest, traction) {
-            ("force", _) => Ok(sum(self, builder, 0)),
+            ("force", _) => {
+                let force = sum(self, builder, 0);
+                let image = of_image(self, builder, 0);
+                Ok(if repels { builder.sub(force, image) } else { builder.sum(force, image) })
+            }
+            ("image_energy", Traction::ChargedPlane { .. }) if mine => Ok(of_image(self, builder, 1)),
             ("energy", Traction::SelfRepulsion { .. }) => Ok(sum(self, builder, 1)),
             ("energy", Traction::ChargedPlane { debye_length, .. }) => {
                 // The force falls off as exp(-d/debye_length), so its potential is the force times that length.
                 let force = sum(self, builder, 0);
                 let length = self.names.constant(debye_length, "", &mut vec![]).unwrap_or(f64::NAN);
                 let length = builder.constant(-length);
-                Ok(builder.mul(force, length))
+                let direct = builder.mul(force, length);
+                let image = of_image(self, builder, 1);
+                Ok(builder.sum(direct, image))
             }
             _ => {
-                let more = if matches!(traction, Traction::Applied { .. }) { "" } else { ", energy" };
+                let more = match traction {
+                    Traction::Applied { .. } => "",
+                    _ if mine => ", energy, image_energy",
+                    _ => ", energy",
+                };
                 Err(ExprError::new("unknown-name", span, format!("`{name}.{rest}` is not known"))
                     .help(format!("of this traction: force{more}"))
                     .into())

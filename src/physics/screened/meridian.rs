@@ -10,10 +10,12 @@
 //! integral of (du, dz) from the target on, with a relative rather than an absolute accuracy of machine precision.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
+use super::Field;
 use super::ring::Kernel;
 use super::rules::{RULES, Rule, dot};
-use super::{Charged, Field, Ring};
+use super::sheet::{NODES, Nodes, Part, Sheet, Spot, Way, norm};
 
 /// Accuracy asked of a panel, in units of the field of a sphere.
 const TOLERANCE: f64 = 1e-11;
@@ -42,15 +44,25 @@ const COARSE: f64 = 1e-6;
 /// Least length in x of a panel; one that is not longer is taken as it is.
 const SHORTEST: f64 = 1e-15;
 
-/// A stretch of a piece, from the target outwards.
+/// A stretch of a part, from the target outwards.
 #[derive(Clone, Copy, Debug)]
 pub struct Stretch {
-    /// Piece.
-    pub piece: usize,
+    /// Part.
+    pub part: usize,
     /// Its x at the near end.
     pub from: f64,
     /// Its x at the far end.
     pub to: f64,
+}
+
+/// One side of a target on the surface.
+pub struct Side {
+    /// The rest of the part that it is on, or the next one.
+    pub first: Option<Stretch>,
+    /// The parts beyond.
+    pub beyond: Range<usize>,
+    /// True if x grows from the target on.
+    pub forwards: bool,
 }
 
 /// What is known of the target and of the scale of its field.
@@ -64,8 +76,8 @@ pub struct Scale {
 }
 
 /// Sums over the panels: radial and axial field, potential.
-pub struct Walk<'a, C: Charged> {
-    curve: &'a C,
+pub struct Walk<'a> {
+    sheet: &'a Sheet,
     k: f64,
     kernel: Kernel,
     u: f64,
@@ -84,21 +96,12 @@ pub struct Walk<'a, C: Charged> {
     refused: usize,
 }
 
-fn speed(ring: &Ring) -> f64 {
-    ring.du.hypot(ring.dz)
-}
-
-/// Smooth up to the axis, and not sensitive to the rounding of x there.
-fn per_radius(ring: &Ring) -> f64 {
-    if ring.u > 0.0 { ring.charge / ring.u } else { 0.0 }
-}
-
-impl<'a, C: Charged> Walk<'a, C> {
+impl<'a> Walk<'a> {
     /// A walk around the target (`u`, `z`) at the distance `nearest` from the charges.
-    pub fn new(curve: &'a C, k: f64, [u, z]: [f64; 2], nearest: f64, scale: &Scale) -> Self {
+    pub fn new(sheet: &'a Sheet, k: f64, [u, z]: [f64; 2], nearest: f64, scale: &Scale) -> Self {
         let field = (TOLERANCE * scale.field + ROUNDING) * 2.0 * PI * scale.density.abs();
         Self {
-            curve,
+            sheet,
             k,
             kernel: Kernel::new(k, nearest),
             u,
@@ -118,18 +121,18 @@ impl<'a, C: Charged> Walk<'a, C> {
     fn source(&self, density: f64, [du, dz]: [f64; 2]) -> [f64; 3] {
         let radius = (self.u + du).max(0.0);
         let charge = density * radius;
-        let angle = self.kernel.angle(4.0 * self.u * radius, du.hypot(dz));
+        let angle = self.kernel.angle(4.0 * self.u * radius, norm(du, dz));
         let radial = if self.u > 0.0 { charge * (radius * angle.j3s - du * angle.j3) } else { 0.0 };
         [radial, -charge * dz * angle.j3, charge * angle.j1]
     }
 
-    /// Takes a panel into the sums if it is accurate enough, or if it must.
-    fn take(&mut self, rule: &Rule, length: f64, values: [&[f64]; 3], must: bool) -> bool {
+    /// Takes a panel into the sums if it is accurate enough, or if it must; `vague`: relative error of the sources.
+    fn take(&mut self, rule: &Rule, length: f64, values: [&[f64]; 3], vague: f64, must: bool) -> bool {
         let mut found = [[0.0; 3]; 3];
         for c in 0..3 {
             let (sum, error) = rule.integral(values[c]);
             let size: f64 = rule.w.iter().zip(values[c]).map(|(w, f)| w * f.abs()).sum();
-            found[c] = [length * sum, length * error, length * size];
+            found[c] = [length * sum, length * (error + vague * size), length * size];
         }
         // the two components of the field are one vector
         let size = found[0][2] + found[1][2];
@@ -145,11 +148,11 @@ impl<'a, C: Charged> Walk<'a, C> {
         true
     }
 
-    /// One side of a target on the surface at the near end of the first stretch; returns -2 sigma t.
-    pub fn side(&mut self, stretches: &[Stretch], reach: f64, density: f64) -> [f64; 2] {
-        let Some(first) = stretches.first() else { return [0.0; 2] };
-        let start = self.curve.at(first.piece, first.from);
-        let g = speed(&start);
+    /// One side of a target on the surface, at the near end of its first stretch; returns -2 sigma t.
+    pub fn side(&mut self, side: &Side, reach: f64, density: f64) -> [f64; 2] {
+        let Some(first) = &side.first else { return [0.0; 2] };
+        let start = self.sheet.parts[first.part].at(first.from);
+        let g = start.speed();
         let sign = (first.to - first.from).signum();
         let pole = [start.du, start.dz].map(|d| -2.0 * density * sign * d / g);
         let whole = (first.to - first.from).abs();
@@ -167,23 +170,43 @@ impl<'a, C: Charged> Walk<'a, C> {
         if h < whole {
             self.stretch(&Stretch { from: first.from + sign * h, ..*first }, 2.0);
         }
-        for stretch in &stretches[1..] {
-            self.stretch(stretch, 3.0);
-        }
+        self.beyond(&side.beyond, side.forwards, 3.0);
         pole
+    }
+
+    /// Whole parts away from the target, many at a time where they are far from it.
+    pub fn beyond(&mut self, parts: &Range<usize>, forwards: bool, growth: f64) {
+        let sheet = self.sheet;
+        let (mut at, end) = if forwards { (parts.start, parts.end) } else { (parts.end, parts.start) };
+        while at != end {
+            let union = sheet.unions(at, forwards, parts).find(|(_, part)| {
+                let [start, _, end] = &part.marks;
+                if forwards {
+                    self.panel(part, [part.from, part.to], [start, end], false)
+                } else {
+                    self.panel(part, [part.to, part.from], [end, start], false)
+                }
+            });
+            let many = union.map_or(1, |(many, _)| many);
+            if union.is_none() {
+                let part = if forwards { at } else { at - 1 };
+                let Part { from, to, .. } = sheet.parts[part];
+                let [from, to] = if forwards { [from, to] } else { [to, from] };
+                self.stretch(&Stretch { part, from, to }, growth);
+            }
+            at = if forwards { at + many } else { at - many };
+        }
     }
 
     /// The panel at the target, of signed length `step` in x. It knows the curve by interpolation; `rough` is what that missed in the
     /// last attempt, and becomes what it misses in this one.
     fn start(&mut self, at: &Stretch, step: f64, pole: [f64; 2], rough: &mut f64, must: bool) -> bool {
         let (samples, mapped) = (&RULES.plain[2], &RULES.mapped);
-        let (n, m, length, sign) = (mapped.x.len(), samples.x.len(), step.abs(), step.signum());
-        let mut known = [[0.0; 16]; 4];
-        for (i, x) in samples.x.iter().enumerate() {
-            let r = self.curve.at(at.piece, at.from + step * x);
-            (known[0][i], known[1][i], known[2][i], known[3][i]) =
-                (sign * r.du, sign * r.dz, per_radius(&r), speed(&r));
-        }
+        let (n, m, length) = (mapped.x.len(), samples.x.len(), step.abs());
+        let Nodes([_, _, along_u, along_z, charges]) =
+            self.sheet.parts[at.part].nodes(&samples.x, at.from, at.from + step);
+        let mut known = [along_u, along_z, charges, [0.0; NODES]];
+        (0..m).for_each(|i| known[3][i] = norm(along_u[i], along_z[i]));
         let speeds = dot(&samples.w, &known[3]);
         let charge = dot(&samples.w, &known[2].map(f64::abs)) / speeds;
         let [u, z, density, g] = [0, 1, 2, 3].map(|c| samples.tail(&known[c]) / speeds);
@@ -205,10 +228,10 @@ impl<'a, C: Charged> Walk<'a, C> {
             }
         }
         let [a, b, c] = &values;
-        if !self.take(&mapped.rule, length, [a, b, c], must) {
+        if !self.take(&mapped.rule, length, [a, b, c], 0.0, must) {
             return false;
         }
-        let along = |f: &[f64; 16]| length * dot(&samples.w, f);
+        let along = |f: &[f64; NODES]| length * dot(&samples.w, f);
         self.last = along(&known[3]);
         for (error, scale) in self.error.iter_mut().zip([1.0, 1.0, self.last]) {
             *error += scale * missing;
@@ -224,9 +247,15 @@ impl<'a, C: Charged> Walk<'a, C> {
 
     /// All panels of a stretch away from the target, the first one `growth` times as long as the last panel.
     pub fn stretch(&mut self, stretch: &Stretch, growth: f64) {
+        let part = &self.sheet.parts[stretch.part];
+        let spot = |x: f64| match x {
+            _ if x == part.from => part.marks[0],
+            _ if x == part.to => part.marks[2],
+            _ => part.at(x),
+        };
         let sign = (stretch.to - stretch.from).signum();
-        let (mut at, mut ring) = (stretch.from, self.curve.at(stretch.piece, stretch.from));
-        let mut step = growth * self.last / speed(&ring);
+        let (mut at, mut here) = (stretch.from, spot(stretch.from));
+        let mut step = growth * self.last / here.speed();
         while at != stretch.to {
             let rest = (stretch.to - at).abs();
             step = step.max(SHORTEST);
@@ -236,32 +265,33 @@ impl<'a, C: Charged> Walk<'a, C> {
             let mut halvings = 0;
             let (end, next) = loop {
                 let end = if step < rest { at + sign * step } else { stretch.to };
-                let next = self.curve.at(stretch.piece, end);
+                let next = spot(end);
                 let must = halvings >= HALVINGS || self.refused > LOST || step < SHORTEST;
-                if self.panel(stretch.piece, [at, end], [&ring, &next], must) {
+                if self.panel(part, [at, end], [&here, &next], must) {
                     break (end, next);
                 }
                 self.refused += 1;
                 step *= 0.5;
                 halvings += 1;
             };
-            (at, ring) = (end, next);
+            (at, here) = (end, next);
             step *= 3.0;
         }
     }
 
     /// Takes the panel between two values of x if it is short enough for its distance.
-    fn panel(&mut self, piece: usize, [from, to]: [f64; 2], [start, end]: [&Ring; 2], must: bool) -> bool {
+    fn panel(&mut self, part: &Part, [from, to]: [f64; 2], [start, end]: [&Spot; 2], must: bool) -> bool {
         let step = to - from;
-        let middle = self.curve.at(piece, from + 0.5 * step);
-        let away = |r: &Ring| (r.u - self.u).hypot(r.z - self.z);
-        let chord = |a: &Ring, b: &Ring| (a.u - b.u).hypot(a.z - b.z);
+        let way = part.way(from, to);
+        let middle = if way.is_some() { part.marks[1] } else { part.at(from + 0.5 * step) };
+        let away = |r: &Spot| norm(r.u - self.u, r.z - self.z);
+        let chord = |a: &Spot, b: &Spot| norm(a.u - b.u, a.z - b.z);
         let ends = match self.offset {
-            Some([du, dz]) => du.hypot(dz),
+            Some([du, dz]) => norm(du, dz),
             None => away(start),
         } + away(end);
         let length = (chord(start, &middle) + chord(&middle, end))
-            .max(step.abs() * (speed(start) + 4.0 * speed(&middle) + speed(end)) / 6.0);
+            .max(step.abs() * (start.speed() + 4.0 * middle.speed() + end.speed()) / 6.0);
         if self.k * 0.5 * (ends - 1.1 * length) > self.kernel.budget {
             self.offset = None;
             self.last = length;
@@ -270,41 +300,36 @@ impl<'a, C: Charged> Walk<'a, C> {
         let fits = |i: usize| ends >= ROUND[i] * length && self.k * length <= DECAY[i];
         let Some(first) = (0..3).find(|&i| fits(i)).or(must.then_some(2)) else { return false };
         let must = must || self.refused > REFUSED;
-        (first..3).any(|i| self.gauss(&RULES.plain[i], piece, [from, to], must && i == 2))
+        // What the polynomials of a part miss is seen from the distance.
+        let vague = part.missing * (1.0 + 6.0 * self.sheet.size / (ends - length).max(0.1 * length));
+        (first..3).any(|i| match way {
+            Some(way) => self.gauss(&RULES.plain[i], &part.ways[i][way], vague, must && i == 2),
+            None => {
+                let rule = &RULES.plain[i];
+                self.gauss(rule, &Way::new(part.nodes(&rule.x, from, to), rule, step.abs()), vague, must && i == 2)
+            }
+        })
     }
 
-    fn gauss(&mut self, rule: &Rule, piece: usize, [from, to]: [f64; 2], must: bool) -> bool {
-        let (step, n) = (to - from, rule.x.len());
-        let (length, sign) = (step.abs(), step.signum());
-        let mut rings = [Ring::default(); 16];
-        let mut slopes = [[0.0; 16]; 2];
-        for (i, x) in rule.x.iter().enumerate() {
-            rings[i] = self.curve.at(piece, from + step * x);
-            (slopes[0][i], slopes[1][i]) = (sign * rings[i].du, sign * rings[i].dz);
-        }
-        let mut values = [[0.0; 16]; 3];
+    fn gauss(&mut self, rule: &Rule, way: &Way, vague: f64, must: bool) -> bool {
+        let n = rule.x.len();
+        let Nodes([u, z, _, _, charges]) = &way.nodes;
+        let mut values = [[0.0; NODES]; 3];
         for i in 0..n {
             let offset = match self.offset {
-                Some(base) => {
-                    let row = &rule.upto[i * n..(i + 1) * n];
-                    [0, 1].map(|c| base[c] + length * dot(row, &slopes[c][..n]))
-                }
-                None => [rings[i].u - self.u, rings[i].z - self.z],
+                Some(base) => [base[0] + way.offsets[0][i], base[1] + way.offsets[1][i]],
+                None => [u[i] - self.u, z[i] - self.z],
             };
-            let f = self.source(per_radius(&rings[i]), offset);
-            for c in 0..3 {
-                values[c][i] = f[c];
-            }
+            let f = self.source(charges[i], offset);
+            (values[0][i], values[1][i], values[2][i]) = (f[0], f[1], f[2]);
         }
-        if !self.take(rule, length, [&values[0][..n], &values[1][..n], &values[2][..n]], must) {
+        if !self.take(rule, way.span, [&values[0][..n], &values[1][..n], &values[2][..n]], vague, must) {
             return false;
         }
-        self.last = length * (0..n).map(|i| rule.w[i] * speed(&rings[i])).sum::<f64>();
-        if let Some(base) = &mut self.offset {
-            for c in 0..2 {
-                base[c] += length * dot(&rule.w, &slopes[c][..n]);
-            }
-            if base[0].hypot(base[1]) > self.far {
+        self.last = way.length;
+        if let Some([u, z]) = &mut self.offset {
+            (*u, *z) = (*u + way.step[0], *z + way.step[1]);
+            if norm(*u, *z) > self.far {
                 self.offset = None;
             }
         }

@@ -18,15 +18,19 @@
 //! the extent lose digits, and the error says so. The error is that of the integral over the surface as it is given: a slope that
 //! jumps by delta at a break moves E there by about 2 sigma delta ln(1/(k s)), s the distance of the break, and does not show.
 
+mod bessel;
 mod meridian;
 mod ring;
 mod rules;
+mod sheet;
 #[cfg(test)]
 mod tests;
 
 use std::f64::consts::PI;
 
-use meridian::{Scale, Stretch, Walk};
+use meridian::{Scale, Side, Stretch, Walk};
+pub use sheet::Sheet;
+use sheet::{Part, Spot, norm};
 
 /// One ring of the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -76,55 +80,25 @@ const POLAR: [f64; 2] = [1e-7, 0.02];
 /// Part of the largest charge density that sets the accuracy where there is hardly any charge.
 const FAINT: f64 = 0.01;
 
-/// All stretches between breaks, in the order of the meridian.
-fn stretches(curve: &impl Charged) -> Vec<Stretch> {
-    let mut all = Vec::new();
-    for piece in 0..curve.pieces() {
-        let pairs = curve.breaks(piece).windows(2).filter(|w| w[0] < w[1]);
-        all.extend(pairs.map(|w| Stretch { piece, from: w[0], to: w[1] }));
-    }
-    all
-}
-
-/// Extent of a meridian and largest absolute charge density, from one ring within each stretch and both ends.
-fn extent(curve: &impl Charged, all: &[Stretch]) -> [f64; 2] {
-    let ends = [all.first().map(|s| (s.piece, s.from)), all.last().map(|s| (s.piece, s.to))];
-    let within = all.iter().map(|s| (s.piece, 0.5 * (s.from + s.to)));
-    let (mut low, mut high, mut wide, mut most) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64, 0.0_f64);
-    for (piece, x) in within.chain(ends.into_iter().flatten()) {
-        let ring = curve.at(piece, x);
-        (low, high, wide) = (low.min(ring.z), high.max(ring.z), wide.max(ring.u));
-        most = most.max(density(&ring).abs());
-    }
-    [wide.max(0.5 * (high - low)), most]
-}
-
-/// Charge per area; zero on the axis, where a ring has none.
-fn density(ring: &Ring) -> f64 {
-    let area = ring.u * ring.du.hypot(ring.dz);
-    if area > 0.0 { ring.charge / area } else { 0.0 }
-}
-
 /// Field at the point `x` of a piece of the surface, as a principal value.
-pub fn on_surface(curve: &impl Charged, k: f64, piece: usize, x: f64) -> Field {
-    let all = stretches(curve);
-    let [size, most] = extent(curve, &all);
+pub fn on_surface(sheet: &Sheet, k: f64, piece: usize, x: f64) -> Field {
+    let size = sheet.size;
     let rate = k.max(1.0 / size);
-    let u = curve.at(piece, x).u;
+    let u = sheet.at(piece, x).u;
     let polar = (POLAR[0] * size).min(POLAR[1] / rate);
-    let direct = |x: f64| principal(curve, k, (piece, x), &all, [size, most]);
+    let direct = |x: f64| principal(sheet, k, (piece, x));
     if u * rate < AXIS || u > polar {
         return direct(x);
     }
     // near the pole: even and odd polynomials in u through the axis and two other points
     let end = x.round();
-    let axis = curve.at(piece, end);
-    let step = (0.5 - end).signum() * polar / axis.du.hypot(axis.dz);
+    let axis = sheet.at(piece, end);
+    let step = (0.5 - end).signum() * polar / axis.speed();
     if !(2.0 * step.abs() < 0.5 && axis.u * rate < AXIS) {
         return direct(x);
     }
     let points = [end, end + step, end + 2.0 * step];
-    let [u1, u2] = [points[1], points[2]].map(|x| curve.at(piece, x).u);
+    let [u1, u2] = [points[1], points[2]].map(|x| sheet.at(piece, x).u);
     let [f0, f1, f2] = points.map(direct);
     let (s, s1, s2) = (u * u, u1 * u1, u2 * u2);
     let blend = |a: f64, b: f64| (a * (s2 - s) + b * (s - s1)) / (s2 - s1);
@@ -141,63 +115,65 @@ pub fn on_surface(curve: &impl Charged, k: f64, piece: usize, x: f64) -> Field {
     }
 }
 
-/// Field at the place (piece, x) from the sources themselves; `most` is the largest charge density.
-fn principal(curve: &impl Charged, k: f64, (piece, x): (usize, f64), all: &[Stretch], [size, most]: [f64; 2]) -> Field {
-    let mut here = curve.at(piece, x);
-    // stretches before and after the target, from it outwards
-    let (mut before, mut after): (Vec<_>, Vec<_>) = (Vec::new(), Vec::new());
-    for s in all {
-        if s.piece < piece || (s.piece == piece && s.to <= x + SNAP) {
-            before.push(Stretch { from: s.to, to: s.from, ..*s });
-        } else if s.piece > piece || s.from >= x - SNAP {
-            after.push(*s);
-        } else {
-            before.push(Stretch { from: x, to: s.from, ..*s });
-            after.push(Stretch { from: x, ..*s });
+/// Field at the place (piece, x) from the sources themselves.
+fn principal(sheet: &Sheet, k: f64, (piece, x): (usize, f64)) -> Field {
+    let (size, parts) = (sheet.size, &sheet.parts);
+    let mut here = sheet.at(piece, x);
+    let axis = here.u * k.max(1.0 / size) < AXIS;
+    // The parts before and after the target, and the one that it is on.
+    let on = |p: &Part| p.piece == piece && p.from < x - SNAP && p.to > x + SNAP;
+    let count = parts.partition_point(|p| (p.piece, p.to) <= (piece, x + SNAP));
+    let own = parts.get(count).filter(|p| on(p)).map(|_| count);
+    let whole = |part: usize, forwards: bool| {
+        let p = &parts[part];
+        let [from, to] = if forwards { [p.from, p.to] } else { [p.to, p.from] };
+        Stretch { part, from, to }
+    };
+    let mut before = Side { first: None, beyond: 0..count, forwards: false };
+    let mut after = Side { first: None, beyond: count..parts.len(), forwards: true };
+    if let Some(part) = own {
+        before.first = Some(Stretch { part, from: x, to: parts[part].from });
+        after.first = Some(Stretch { part, from: x, to: parts[part].to });
+        after.beyond.start += 1;
+    } else {
+        if count > 0 {
+            before.first = Some(whole(count - 1, false));
+            before.beyond.end -= 1;
+        }
+        if count < parts.len() {
+            after.first = Some(whole(count, true));
+            after.beyond.start += 1;
         }
     }
-    before.reverse();
-    let axis = here.u * k.max(1.0 / size) < AXIS;
     if axis {
         // the target is the pole: one side only
-        if x < 0.5 {
-            if let Some(s) = after.first_mut().filter(|_| !before.is_empty()) {
-                s.from = 0.0;
-            }
-            before.clear();
-        } else {
-            if let Some(s) = before.first_mut().filter(|_| !after.is_empty()) {
-                s.from = 1.0;
-            }
-            after.clear();
+        let (lost, kept, end) = if x < 0.5 { (&mut before, &mut after, 0.0) } else { (&mut after, &mut before, 1.0) };
+        if let (Some(s), Some(_)) = (&mut kept.first, &lost.first) {
+            s.from = end;
         }
+        (lost.first, lost.beyond) = (None, 0..0);
     }
     let shift = if axis { here.u } else { 0.0 };
     if axis {
-        here = Ring { u: 0.0, ..curve.at(piece, x.round()) };
+        here = Spot { u: 0.0, ..sheet.at(piece, x.round()) };
     }
-    let own = |side: &[Stretch]| side.first().map(|s| density(&curve.at(s.piece, s.from)));
-    let local = if axis {
-        let side = if before.is_empty() { &after } else { &before };
-        side.first().map_or(0.0, |s| density(&curve.at(s.piece, 0.5 * (s.from + s.to))))
-    } else {
-        density(&here)
-    };
-    let scale = Scale { density: local.abs().max(FAINT * most), size, field: (1.0 / (k * size)).min(1.0) };
-    let mut walk = Walk::new(curve, k, [here.u, here.z], 0.0, &scale);
+    let own = |side: &Side| side.first.map_or(0.0, |s| parts[s.part].at(s.from).density());
+    let local = here.density();
+    let scale = Scale { density: local.abs().max(FAINT * sheet.most), size, field: (1.0 / (k * size)).min(1.0) };
+    let mut walk = Walk::new(sheet, k, [here.u, here.z], 0.0, &scale);
     let reach = (meridian::FIRST / k).min(0.5 * size).min(if axis { f64::INFINITY } else { 0.7 * here.u });
     let mut jump = [0.0; 2];
     if axis {
         // a meridian that is not level at the axis is a cone
-        jump[1] = PI * local * here.dz / here.du.hypot(here.dz);
+        jump[1] = PI * local * here.dz / here.speed();
     }
     for side in [&before, &after] {
-        let charge = if axis { 0.0 } else { own(side).unwrap_or(0.0) };
-        let pole = walk.side(side, reach, charge);
+        let pole = walk.side(side, reach, if axis { 0.0 } else { own(side) });
         jump = [jump[0] + pole[0], jump[1] + pole[1]];
     }
     let rounding = DIGITS + if axis { 0.0 } else { 0.5 * f64::EPSILON * size / here.u };
-    let mut field = walk.field(JUMP * jump[0].hypot(jump[1]) + rounding * local.abs(), 0.0);
+    let missing = JUMP * norm(jump[0], jump[1]) + rounding * local.abs() + sheet.missing();
+    let mut field = walk.field(missing, 0.0);
     field.error += 2.0 * shift * k.max(1.0 / size) * field.axial.abs();
     field
 }
@@ -207,43 +183,44 @@ const JUMP: f64 = 5.0;
 /// Rounding error per charge density at the target, to which a radius that is rounded adds.
 const DIGITS: f64 = 1e-12;
 
+/// Rounding error of a position, relative to the extent.
+const PLACE: f64 = 2.0 * f64::EPSILON;
+
 /// Field at a point off the surface, which may be as near to it as 1e-4 of its extent and nearer.
-pub fn near(curve: &impl Charged, k: f64, u: f64, z: f64) -> Field {
-    let all = stretches(curve);
-    let [size, most] = extent(curve, &all);
-    let (nearest, ring) = nearest(curve, &all, [u, z]);
-    let scale = Scale { density: density(&ring).abs().max(FAINT * most), size, field: (-k * nearest).exp() };
-    let mut walk = Walk::new(curve, k, [u, z], nearest, &scale);
-    for stretch in &all {
-        walk.stretch(stretch, f64::INFINITY);
-    }
-    walk.field(0.0, f64::EPSILON * (size / nearest + 2.0 * k * (size + nearest)))
+pub fn near(sheet: &Sheet, k: f64, u: f64, z: f64) -> Field {
+    let size = sheet.size;
+    let (nearest, spot) = nearest(sheet, [u, z]);
+    let scale = Scale { density: spot.density().abs().max(FAINT * sheet.most), size, field: (-k * nearest).exp() };
+    let mut walk = Walk::new(sheet, k, [u, z], nearest, &scale);
+    walk.beyond(&(0..sheet.parts.len()), true, f64::INFINITY);
+    walk.field(sheet.missing(), PLACE * (size / nearest + 2.0 * k * (size + nearest)))
 }
 
-/// Distance of a point from the meridian, and the ring there (both approximate, the distance from above).
-fn nearest(curve: &impl Charged, all: &[Stretch], [u, z]: [f64; 2]) -> (f64, Ring) {
+/// Distance of a point from the meridian, and what is there (both approximate, the distance from above).
+fn nearest(sheet: &Sheet, [u, z]: [f64; 2]) -> (f64, Spot) {
     const POINTS: usize = 8;
-    let distance = |s: &Stretch, x: f64| {
-        let ring = curve.at(s.piece, x);
-        ((ring.u - u).hypot(ring.z - z), ring)
+    let distance = |part: usize, x: f64| {
+        let spot = sheet.parts[part].at(x);
+        (norm(spot.u - u, spot.z - z), spot)
     };
-    let mut best = (f64::INFINITY, Ring::default());
+    let mut best = (f64::INFINITY, Spot::default());
     let mut place = None;
-    for s in all {
+    for (part, p) in sheet.parts.iter().enumerate() {
         for i in 0..POINTS {
-            let x = s.from + (s.to - s.from) * (i as f64 + 0.5) / POINTS as f64;
-            let found = distance(s, x);
+            let x = p.from + (p.to - p.from) * (i as f64 + 0.5) / POINTS as f64;
+            let found = distance(part, x);
             if found.0 < best.0 {
-                (best, place) = (found, Some((s, x)));
+                (best, place) = (found, Some((part, x)));
             }
         }
     }
-    if let Some((s, mut x)) = place {
-        let mut width = (s.to - s.from) / POINTS as f64;
+    if let Some((part, mut x)) = place {
+        let p = &sheet.parts[part];
+        let mut width = (p.to - p.from) / POINTS as f64;
         for _ in 0..50 {
             for trial in [x - width, x + width] {
-                let trial = trial.clamp(s.from, s.to);
-                let found = distance(s, trial);
+                let trial = trial.clamp(p.from, p.to);
+                let found = distance(part, trial);
                 if found.0 < best.0 {
                     (best, x) = (found, trial);
                 }

@@ -6,39 +6,26 @@
 //!   J3 = int (1 + k l) exp(-k l)/l^3 dtheta,
 //!   J3s = int (1 + k l) exp(-k l)/l^3 (1 - cos theta) dtheta.
 //!
-//! All three rules are trapezoidal sums in a variable in which the integrand is analytic in a strip and either periodic or cut
-//! by the exponential, so that they converge exponentially; in the strip |exp(-k l)| <= 1, hence the error is measured against
-//! the forces at distance zero (`digits` says how much more is wanted).
-//! * a sin(theta/2) = d sinh t, l = d cosh t, where exp(-k l) vanishes before theta = pi; strip pi/2;
+//! Where exp(-k l) vanishes before theta = pi, they are a short series in the Bessel functions K_n(k d), from
+//! a sin(theta/2) = d sinh t, l = d cosh t, with 1/cos(theta/2) expanded. Elsewhere they are trapezoidal sums in a variable in which
+//! the integrand is periodic and analytic in a strip, so that they converge exponentially; in the strip |exp(-k l)| <= 1, hence the
+//! error is measured against the forces at distance zero (`digits` says how much more is wanted).
 //! * theta itself, where d is not small against a; strip 2 asinh(d/a);
 //! * else the elliptic integral of the first kind, dw = l_max dtheta / (2 l): l = d / dn(w), strip K'. The elliptic functions are
 //!   quotients of theta functions of the complementary nome q' = exp(-pi K/K'), sums of three or four terms.
 
+use super::bessel;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 /// Exponent of the accuracy of the trapezoidal sums: exp(-37) = 1e-16, and the double poles of the integrand at the strip's edge.
-const DIGITS: f64 = 44.0;
+const DIGITS: f64 = 40.0;
 /// Exponent beyond which sources do not count.
 const CUT: f64 = 40.0;
-/// Number of halvings of the step in t that are tabulated.
-const LEVELS: usize = 3;
-/// Largest t in the table.
-const LONGEST: f64 = 46.0;
+/// Terms of the series in K_n after which it is taken as it is.
+const MOST_TERMS: usize = 60;
 /// Largest number of intervals with tabulated angles.
 const TABLED: usize = 24;
-
-/// Rows of (cosh t, 1/cosh^2 t, tanh^2 t, sinh^2 t) at the finest step.
-static HYPERBOLIC: LazyLock<Vec<[f64; 4]>> = LazyLock::new(|| {
-    let step = PI * PI / DIGITS / (1 << LEVELS) as f64;
-    (0..(LONGEST / step) as usize)
-        .map(|j| {
-            let t = j as f64 * step;
-            let (c, s) = (t.cosh(), t.sinh());
-            [c, 1.0 / (c * c), t.tanh() * t.tanh(), s * s]
-        })
-        .collect()
-});
 
 /// sin^2(pi j/(2 m)), j = 0 to m, for m up to TABLED.
 static ANGLES: LazyLock<Vec<Vec<f64>>> = LazyLock::new(|| (0..=TABLED).map(angles).collect());
@@ -65,15 +52,13 @@ pub struct Kernel {
     /// k l beyond which nothing counts.
     pub budget: f64,
     digits: f64,
-    level: usize,
 }
 
 impl Kernel {
     /// Decay rate `k`, and the distance of the point from the nearest source, which sets the scale of its field.
     pub fn new(k: f64, nearest: f64) -> Self {
         let digits = DIGITS + k * nearest;
-        let level = (digits / DIGITS - 1e-9).log2().ceil().clamp(0.0, LEVELS as f64) as usize;
-        Self { k, budget: CUT + k * nearest, digits, level }
+        Self { k, budget: CUT + k * nearest, digits }
     }
 
     /// Integrals for a ring with a^2 = 4 u u' `width` at distance `d` > 0.
@@ -82,7 +67,7 @@ impl Kernel {
         if self.k * d > self.budget {
             Angle::default()
         } else if self.k * longest > self.budget {
-            self.cut(width, d)
+            self.far_ends_gone(width, d)
         } else if width < 4.0 * d * d {
             self.plain(width, d)
         } else {
@@ -90,26 +75,37 @@ impl Kernel {
         }
     }
 
-    fn cut(&self, width: f64, d: f64) -> Angle {
-        let stride = 1 << (LEVELS - self.level);
-        let step = PI * PI / DIGITS / (1 << self.level) as f64;
-        let (kd, ratio) = (self.k * d, d * d / width);
-        let first = (-kd).exp();
-        let mut sum = [0.5 * first, 0.5 * (1.0 + kd) * first, 0.0];
-        for [c, c2, t2, s2] in HYPERBOLIC.iter().skip(stride).step_by(stride) {
-            let kl = kd * c;
-            let left = 1.0 - ratio * s2;
-            if kl > self.budget || left <= 0.0 {
+    /// The series in K_n, with x = k d and A = k a: y_n = x^n K_n(x) obeys y_{n+1} = x^2 y_{n-1} + 2 n y_n, and with
+    /// e_n = ((2 n - 1)!!)^2/(2^n n!)
+    ///
+    ///   J1 = 4/a sum e_n y_n/A^(2n),  J3 = -1/d dJ1/dd = 4 k^2/a sum e_n y_(n-1)/A^(2n),  J3s = 8/a^3 sum (2 n + 1) e_n y_n/A^(2n).
+    ///
+    /// It is asymptotic: its least term is of the size of exp(-A), which does not count.
+    fn far_ends_gone(&self, width: f64, d: f64) -> Angle {
+        let x = self.k * d;
+        let [zero, one] = bessel::modified(x);
+        let by = 1.0 / (self.k * self.k * width);
+        let (mut before, mut y) = (zero, x * one);
+        let mut sum = [zero, one / x, zero];
+        let (mut e, mut size) = (1.0, f64::INFINITY);
+        for n in 1..MOST_TERMS {
+            let odd = (2 * n - 1) as f64;
+            e *= odd * odd * by / (2 * n) as f64;
+            let term = (2 * n + 1) as f64 * e * y;
+            if !(term < size) {
                 break;
             }
-            let e = (-kl).exp() / left.sqrt();
-            let f = (1.0 + kl) * e;
-            sum[0] += e;
-            sum[1] += f * c2;
-            sum[2] += f * t2;
+            sum[0] += e * y;
+            sum[1] += e * before;
+            sum[2] += term;
+            if term < 1e-17 * zero {
+                break;
+            }
+            size = term;
+            (before, y) = (y, x * x * before + (2 * n) as f64 * y);
         }
-        let scale = 4.0 * step / width.sqrt();
-        Angle { j1: scale * sum[0], j3: scale / (d * d) * sum[1], j3s: 2.0 * scale / width * sum[2] }
+        let a = width.sqrt();
+        Angle { j1: 4.0 / a * sum[0], j3: 4.0 * self.k * self.k / a * sum[1], j3s: 8.0 / (a * width) * sum[2] }
     }
 
     fn plain(&self, width: f64, d: f64) -> Angle {
@@ -145,43 +141,37 @@ impl Kernel {
         let (q6, q9, q12, q16) = (q2 * q4, q4 * q4 * q, q4 * q4 * q4, q4 * q4 * q4 * q4);
         let m = ((self.digits * quarter / (2.0 * PI * quarter_other)).ceil() as usize).max(3);
         let rate = (0.5 * PI * quarter / quarter_other / m as f64).exp();
-        let head = 2.0 * q.sqrt().sqrt();
-        let (shrink, grow) = (head * d / other.sqrt(), head * head * other / modulus);
-        let mut e = 1.0;
+        let back = 1.0 / rate;
+        let sine = q.sqrt().sqrt() * (other / modulus).sqrt();
+        let (square, width) = (d * d, a * a);
+        // Whether the last terms of the series count.
+        let long = q > 1e-3;
+        let (mut up, mut down) = (1.0, 1.0);
         let mut sum = [0.0; 3];
         for j in 0..=m {
-            let (up, down) = (e, 1.0 / e);
             let (up2, down2) = (up * up, down * down);
             let (up4, down4) = (up2 * up2, down2 * down2);
-            let (up6, down6) = (up2 * up4, down2 * down4);
-            let (p1, p3, p5, p7) = (up, up * up2, up * up4, up * up6);
-            let (n1, n3, n5, n7) = (down, down * down2, down * down4, down * down6);
-            let third = 1.0
-                + q * (up2 + down2)
-                + q4 * (up4 + down4)
-                + q9 * (up6 + down6)
-                + if q16 > 0.0 { q16 * (up4 * up4 + down4 * down4) } else { 0.0 };
-            let (second, first) = if q12 > 0.0 {
-                (
-                    0.5 * ((p1 + n1) + q2 * (p3 + n3) + q6 * (p5 + n5) + q12 * (p7 + n7)),
-                    0.5 * ((p1 - n1) - q2 * (p3 - n3) + q6 * (p5 - n5) - q12 * (p7 - n7)),
-                )
-            } else {
-                (0.5 * ((p1 + n1) + q2 * (p3 + n3)), 0.5 * ((p1 - n1) - q2 * (p3 - n3)))
-            };
-            let l = shrink * second / third;
-            let kl = self.k * l;
+            let mut third = 1.0 + q * (up2 + down2) + q4 * (up4 + down4);
+            let mut first = (up - down) - q2 * (up * up2 - down * down2) + q6 * (up * up4 - down * down4);
+            if long {
+                let (up6, down6) = (up2 * up4, down2 * down4);
+                third += q9 * (up6 + down6) + q16 * (up4 * up4 + down4 * down4);
+                first -= q12 * (up * up6 - down * down6);
+            }
+            let half = sine * first / third;
+            let s2 = half * half;
+            let l2 = square + width * s2;
+            let kl = self.k * l2.sqrt();
             let end = j == 0 || j == m;
             let f = if end { 0.5 } else { 1.0 } * (-kl).exp();
-            let g = (1.0 + kl) * f / (l * l);
-            let s = first / third;
+            let g = (1.0 + kl) * f / l2;
             sum[0] += f;
             sum[1] += g;
-            sum[2] += g * s * s;
-            e *= rate;
+            sum[2] += g * s2;
+            (up, down) = (up * rate, down * back);
         }
         let step = 4.0 / longest * quarter / m as f64;
-        Angle { j1: step * sum[0], j3: step * sum[1], j3s: 2.0 * step * grow * sum[2] }
+        Angle { j1: step * sum[0], j3: step * sum[1], j3s: 2.0 * step * sum[2] }
     }
 }
 
@@ -191,4 +181,49 @@ fn mean(mut a: f64, mut b: f64) -> f64 {
         (a, b) = (0.5 * (a + b), (a * b).sqrt());
     }
     0.5 * (a + b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The integrals by Gauss sums over panels of the angle that shrink towards zero.
+    fn brute(k: f64, width: f64, d: f64) -> [f64; 3] {
+        let (nodes, weights) = crate::legendre::gauss(24);
+        let mut sum = [0.0; 3];
+        let (mut from, mut to) = (0.7 * PI, PI);
+        for _ in 0..120 {
+            for (x, w) in nodes.iter().zip(&weights) {
+                let theta = from + (to - from) * x;
+                let half = (0.5 * theta).sin().powi(2);
+                let l = (d * d + width * half).sqrt();
+                let f = 2.0 * (to - from) * w * (-k * l).exp() / l;
+                let g = f * (1.0 + k * l) / (l * l);
+                sum = [sum[0] + f, sum[1] + g, sum[2] + 2.0 * half * g];
+            }
+            (from, to) = (0.7 * from, from);
+        }
+        sum
+    }
+
+    #[test]
+    fn every_rule_agrees_with_brute_force() {
+        let k = 3.0;
+        for a in [0.5, 2.0, 8.0, 13.0, 14.0, 20.0, 60.0_f64] {
+            for d in [1e-4, 1e-2, 0.1, 0.5, 1.0, 3.0, 8.0, 12.0_f64] {
+                let exact = brute(k, a * a, d);
+                for (kernel, nearest) in [(Kernel::new(k, 0.0), 0.0), (Kernel::new(k, d), d)] {
+                    let Angle { j1, j3, j3s } = kernel.angle(a * a, d);
+                    // Measured against what the nearest source does at the distance zero.
+                    let unit = (-k * nearest).exp();
+                    for (c, (found, size)) in
+                        [(j1, 1.0 / a), (j3, 1.0 / (a * d * d)), (j3s, 1.0 / (a * a * a))].into_iter().enumerate()
+                    {
+                        let miss = (found - exact[c]).abs() / (exact[c] + size * unit);
+                        assert!(miss < 5e-13, "a = {a}, d = {d}, J{c}: {found} {} {miss:e}", exact[c]);
+                    }
+                }
+            }
+        }
+    }
 }

@@ -90,7 +90,7 @@ fn largest(shape: &Shape, k: f64) -> f64 {
     let mut most = 0.0_f64;
     for piece in 0..shape.pieces() {
         for i in 0..20 {
-            let f = on_surface(shape, k, piece, (i as f64 + 0.5) / 20.0);
+            let f = on_surface(&Sheet::new(shape), k, piece, (i as f64 + 0.5) / 20.0);
             most = most.max(f.radial.hypot(f.axial));
         }
     }
@@ -105,7 +105,7 @@ fn compare(name: &str, shape: &Shape) {
         let most = largest(shape, k);
         for i in 0..phi.len() {
             let (piece, x) = locate(shape, phi[i] * PI);
-            let f = on_surface(shape, k, piece, x);
+            let f = on_surface(&Sheet::new(shape), k, piece, x);
             let miss = (f.radial - radial[i]).abs().max((f.axial - axial[i]).abs()) / most;
             let other = (f.potential - potential[i]).abs() / potential[i];
             println!("{name} {k} {} miss {miss:.1e} potential {other:.1e} error {:.1e}", phi[i], f.error / most);
@@ -144,7 +144,7 @@ fn spheres_have_the_closed_form() {
                 let places =
                     [0.0, 1e-13, 1e-9, 1e-7, 1e-5, 1e-3, 0.03, 0.1 - 1e-12, 0.1, 0.1 + 1e-8, 0.37, 0.5, 0.8, 0.999];
                 for x in places.into_iter().chain([1.0 - 1e-6, 1.0]) {
-                    let f = on_surface(&shape, k, 0, x);
+                    let f = on_surface(&Sheet::new(&shape), k, 0, x);
                     let ring = shape.at(0, x);
                     let miss = (f.radial - normal * ring.u / r).hypot(f.axial - normal * ring.z / r);
                     let other = (f.potential - potential).abs() * k;
@@ -256,7 +256,7 @@ fn points_off_the_surface_agree_with_brute_force() {
                 (p, graded(from, to, 1e-2))
             }));
             let exact = brute(&shape, k, [u, z], &panels, 1e-3);
-            let f = near(&shape, k, u, z);
+            let f = near(&Sheet::new(&shape), k, u, z);
             let miss = (f.radial - exact[0]).hypot(f.axial - exact[1]);
             println!("{piece} {distance}: {miss:.1e} {:.1e}", f.error);
             assert!(miss < 1e-10 && (f.potential - exact[2]).abs() * k < 1e-10, "{f:?} {exact:?}");
@@ -274,7 +274,7 @@ fn points_off_a_sphere_have_the_closed_form() {
         for distance in [1e-4_f64, -1e-4, 1e-3, -0.01, 0.3] {
             let a: f64 = r + distance;
             for angle in [0.0, 1e-6, 0.02, 1.3] {
-                let f = near(&shape, k, a * f64::sin(angle), a * f64::cos(angle));
+                let f = near(&Sheet::new(&shape), k, a * f64::sin(angle), a * f64::cos(angle));
                 // Phi = 4 pi sigma r sinh(k min) exp(-k max)/(k a), without overflow
                 let (low, high) = (r.min(a), r.max(a));
                 let factor = 2.0 * PI * r / (k * a);
@@ -295,7 +295,7 @@ fn points_off_a_sphere_have_the_closed_form() {
 fn joints_need_the_gap_symmetric_in_arc_length() {
     let (shape, k, gap) = (disc(1), 100.0, 1e-8);
     let most = largest(&shape, k);
-    let (left, right) = (on_surface(&shape, k, 0, 1.0), on_surface(&shape, k, 1, 0.0));
+    let (left, right) = (on_surface(&Sheet::new(&shape), k, 0, 1.0), on_surface(&Sheet::new(&shape), k, 1, 0.0));
     assert!((left.radial - right.radial).hypot(left.axial - right.axial) < 1e-10 * most);
     let r = shape.at(0, 1.0);
     let speeds = [0, 1].map(|p| {
@@ -313,7 +313,7 @@ fn joints_need_the_gap_symmetric_in_arc_length() {
     assert!(paired < 1e-5 && unpaired > 0.05);
     // next to the joint the field is continuous, but for s ln s times the jump of curvature
     for away in [1e-14, 1e-12, 1e-10] {
-        for f in [on_surface(&shape, k, 0, 1.0 - away), on_surface(&shape, k, 1, away)] {
+        for f in [on_surface(&Sheet::new(&shape), k, 0, 1.0 - away), on_surface(&Sheet::new(&shape), k, 1, away)] {
             let change = (f.radial - left.radial).hypot(f.axial - left.axial) / most;
             println!("{away:e} {change:e} {:e}", f.error / most);
             assert!(change < 1e-9 + 5e3 * away);
@@ -331,7 +331,7 @@ fn a_surface_does_not_push_itself() {
             let mut panels = graded(0.0, 0.5, 1e-5);
             panels.extend(graded(1.0, 0.5, 1e-5));
             let part = sum(&panels, |x| {
-                let push = shape.at(piece, x).charge * on_surface(&shape, k, piece, x).axial;
+                let push = shape.at(piece, x).charge * on_surface(&Sheet::new(&shape), k, piece, x).axial;
                 [push, push.abs()]
             });
             total = [total[0] + part[0], total[1] + part[1]];
