@@ -153,3 +153,26 @@ fn the_ligature_is_pulled_tight() {
         assert!(point.solution.certificate.virtual_work < 1e-8, "{}", point.solution.certificate.virtual_work);
     }
 }
+
+/// Beyond the stop of a file there is no branch: what is asked for there is not reached, and the stop itself is.
+#[test]
+fn nothing_is_asked_for_beyond_a_stop() {
+    let file = text("problems/micropipette.ron").replace("\"rhobar\": 0.58", "\"rhobar\": 0.7");
+    let model = model_of(&file);
+    let at = |value: f64| {
+        let request = run::Request { name: "L".into(), value };
+        run::run(&model, &[request], &mut |_, _| ControlFlow::Continue(()))
+    };
+    let beyond = at(6.76);
+    let Status::Incomplete(message) = &beyond.status else { panic!("there is no such state") };
+    assert!(message.contains("the branch ends at L = 4.976"), "{message}");
+    assert!(beyond.points.is_empty());
+    let before = at(4.9);
+    assert_eq!(before.status, Status::Complete);
+    assert!(before.points[0].solution.certificate.is_admissible());
+    let whole = run::run(&model, &[], &mut |_, _| ControlFlow::Continue(()));
+    let end = whole.events.iter().find(|e| e.kind == "end").unwrap();
+    let place = model.quantities.iter().position(|q| q.name == "L").unwrap();
+    let found = at(end.solution.quantities[place].unwrap().value);
+    assert_eq!(found.points.len(), 1, "{:?}", found.status);
+}

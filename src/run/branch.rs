@@ -276,6 +276,13 @@ impl Tracer {
                         self.report(Reason::At, Some(requests[i].clone()), solution);
                         answers[i].extend(self.outcome.points.pop());
                     }
+                    // The end itself is a state of the branch.
+                    Err(Stop::Met) if same(self.value(self.last()), requests[i].value) => {
+                        let solution = self.last().clone();
+                        self.report(Reason::At, Some(requests[i].clone()), solution);
+                        answers[i].extend(self.outcome.points.pop());
+                        self.return_to(&first, &begun);
+                    }
                     Err(stop) => {
                         let (control, value) = (&self.model.branch.control, requests[i].value);
                         missing.push(format!("{control} = {value} is not reached: {}", self.stopped(&stop)));

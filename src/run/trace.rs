@@ -192,6 +192,11 @@ impl Tracer {
         let a = self.last().clone();
         let change = self.change(&a, &solution)?;
         let end = change.as_ref().map_or(&solution, |c| &c.1);
+        if !watch && let Some(stop) = self.stop_between(&a, end)? {
+            self.meet(Some(&a), &stop);
+            self.push(stop);
+            return Err(Stop::Met);
+        }
         self.meet(Some(&a), end);
         if watch {
             for (kind, of, state) in self.events(&a, end)? {
@@ -204,17 +209,6 @@ impl Tracer {
             }
         }
         let Some((change, at)) = change else {
-            if self.asked.is_some()
-                && self
-                    .model
-                    .clone()
-                    .branch
-                    .stops
-                    .iter()
-                    .any(|(_, f)| on_slots(&self.model, f, &a) * on_slots(&self.model, f, &solution) < 0.0)
-            {
-                return Err(Stop::Met);
-            }
             self.push(solution);
             return Ok(());
         };
@@ -225,6 +219,18 @@ impl Tracer {
             self.report(Reason::Event, None, at.clone());
         }
         self.enter(model, &at)
+    }
+
+    /// The state between two at which a stop of the file is met, if any.
+    fn stop_between(&mut self, a: &Solution, b: &Solution) -> Result<Option<Solution>, Stop> {
+        let model = self.model.clone();
+        for (_, formula) in &model.branch.stops {
+            let g = |s: &Solution| Some(on_slots(&model, formula, s));
+            if on_slots(&model, formula, a) * on_slots(&model, formula, b) < 0.0 {
+                return Ok(Some(self.between(a, b, g, 1e-15).ok_or(Stop::Astray)?));
+            }
+        }
+        Ok(None)
     }
 
     /// Follows the branch from the last state to a value of the control, in as many steps as it takes.
