@@ -6,8 +6,10 @@
 
 mod common;
 
-use common::{read, resolve, run, with};
-use membrane::run::Status;
+use common::{measured, parse, read, resolve, run, with};
+use membrane::run::{Reason, Status};
+use membrane::spec::Syntax;
+use std::f64::consts::PI;
 
 struct Case {
     file: &'static str,
@@ -82,6 +84,33 @@ fn law(material: &'static str) -> impl Iterator<Item = Case> {
         }
     }
     cases.into_iter()
+}
+
+/// The initial sphere below a narrow pipette: what is summed along it is known in closed form, and no further off than it claims.
+#[test]
+fn the_initial_state() {
+    let text = r#"(
+        format: 1, title: "Below a pipette",
+        parameters: { "rho": 0.5 }, unknowns: { "dP": 0 },
+        reference: Sphere(radius: 1), material: NeoHookean(shear_modulus: 1),
+        initial: Inflated(radius: 1.3), fluid: Incompressible,
+        bodies: { "pipette": (shape: Pipette(radius: "rho"), facing: Down, h: 0) },
+        meridian: [Pole, Free(name: "cap", outside_pressure: "-dP"), Kink(at: "pipette.mouth"), Free(name: "rest"), Pole],
+        branch: (control: "dP", to: 0.01, steps: 1),
+        outputs: { "height": "membrane.height", "area": "membrane.area", "volume": "membrane.volume" },
+    )"#;
+    let r = 1.3_f64;
+    let truth = [("height", 2.0 * r), ("area", 4.0 * PI * r * r), ("volume", 4.0 / 3.0 * PI * r.powi(3))];
+    for rho in ["0.5", "0.1"] {
+        let model = resolve(&with(&parse("a test", text.into(), Syntax::Ron), &[("rho", rho)]));
+        let outcome = run(&model, None);
+        assert_eq!(outcome.points[0].reason, Reason::Start);
+        for (name, value) in truth {
+            let (found, error) = measured(&model, &outcome, 0, name).expect("a number");
+            assert!((found - value).abs() <= error, "{rho} {name}: {found} {value} {error:e}");
+            assert!(error < 1e-11 * value, "{rho} {name}: {error:e}");
+        }
+    }
 }
 
 #[test]
