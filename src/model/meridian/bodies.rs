@@ -53,6 +53,18 @@ fn touch(face: &Face, range: [f64; 2], r: f64, at_pole: bool) -> Option<Touch> {
     None
 }
 
+/// True if a sphere of radius `r` that touches a face at its pole runs into the face beside it, or fits it exactly.
+fn cuts(face: &Face, range: [f64; 2], r: f64) -> bool {
+    let sign = if face.facing == Facing::Down { 1.0 } else { -1.0 };
+    let last = range[1].min(range[0] + 2.0 * r);
+    (1..=SEARCHED).map(|i| range[0] + (last - range[0]) * i as f64 / SEARCHED as f64).any(|t| {
+        let sine = face.surface.point(t)[0] / r;
+        // How far the sphere has receded from the plane in which it touches.
+        let receded = r * sine * sine / (1.0 + (1.0 - sine * sine).sqrt());
+        sine > 0.0 && sine < 1.0 && receded - sign * face.drop(t) < 1e-6 * receded
+    })
+}
+
 /// The touches of the initial sphere: of each contact (none for a free segment), and of each joint that is a kink.
 pub(super) struct Touches {
     pub(super) contacts: Vec<Option<Touch>>,
@@ -101,6 +113,21 @@ pub(super) fn touches(
                 Diagnostic::error("no-first-touch", format!("`{}` cannot touch the initial sphere: {why}", f.name))
                     .at(format!("/meridian/{}", s.at), "a contact without `appears` just touches the initial sphere")
                     .help("say when it appears: Contact(on: .., appears: OnTouch)"),
+            );
+        }
+        if found.is_some() && sphere && at_pole && cuts(&f.face, f.range, radius) {
+            errors.push(
+                Diagnostic::error(
+                    "no-first-touch",
+                    format!(
+                        "`{}` cannot touch the initial sphere at its pole only: it leaves no room beside it",
+                        f.name
+                    ),
+                )
+                .at(format!("/meridian/{}", s.at), "a contact without `appears` just touches the initial sphere")
+                .help(format!(
+                    "that sphere has the radius {radius}; a hollow must be wider, and a tip foremost on the axis"
+                )),
             );
         }
         contacts.push(found);
