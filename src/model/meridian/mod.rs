@@ -8,6 +8,7 @@ mod conditions;
 mod list;
 mod rigid;
 
+pub use list::unknown_name;
 pub use rigid::Rigid;
 
 use super::ledger::Ledger;
