@@ -113,6 +113,34 @@ fn the_initial_state() {
     }
 }
 
+/// An edge that is stuck at a material point of its own holds another state than the initial sphere from the start.
+#[test]
+fn the_state_that_a_condition_holds_at_the_start() {
+    let text = r#"(
+        format: 1, title: "Below a pipette",
+        parameters: { "place": 0.4 }, unknowns: { "dP": 0 },
+        reference: Sphere(radius: 1), material: NeoHookean(shear_modulus: 1),
+        initial: Inflated(radius: 1.3), fluid: Incompressible,
+        bodies: { "pipette": (shape: Pipette(radius: 0.5), facing: Down, h: 0) },
+        meridian: [
+            Pole, Free(name: "cap", outside_pressure: "-dP"), Kink(at: "pipette.mouth", law: StuckAt("phi = place")),
+            Free(name: "rest"), Pole,
+        ],
+        branch: (control: "dP", to: 0.01, steps: 1),
+        outputs: { "held": "pipette.mouth.phi", "rise": "p_f - initial.p_f" },
+    )"#;
+    let first = (0.5_f64 / 1.3).asin();
+    for (place, moves) in [(0.4, true), (first, false)] {
+        let settings = [("place", format!("{place:e}"))];
+        let model = resolve(&with(&parse("a test", text.into(), Syntax::Ron), &settings));
+        let outcome = run(&model, None);
+        assert_eq!(outcome.points[0].reason, Reason::Start);
+        let value = |name| measured(&model, &outcome, 0, name).expect("a number").0;
+        assert!((value("held") - place).abs() < 1e-12, "{} {place}", value("held"));
+        assert_eq!(value("rise").abs() > 1e-4, moves, "{}", value("rise"));
+    }
+}
+
 #[test]
 fn neo_hookean() {
     all(law("NeoHookean(shear_modulus: 1)"));
