@@ -133,11 +133,58 @@ fn wrong_shapes_are_refused_at_their_place() {
         ("Sphere(radius: \"-bead_radius\")", "not-positive"),
         ("Faces(from: (0, 0), faces: [Line(name: \"face\", to: (1, 0))])", "unknown-name"),
         ("Cylinder(radius: 0.3)", "no-first-touch"),
+        // The sphere does not fit into the hollow, or is not met on the axis first.
+        ("Sphere(radius: \"0.99*r0\", hollow: true)", "no-first-touch"),
+        ("Sphere(radius: \"r0\", hollow: true)", "no-first-touch"),
+        ("Profile(\"u^4 - 0.6*u^2/r0\")", "no-first-touch"),
     ] {
         let text = std::fs::read_to_string("problems/bead_on_flat.ron").unwrap();
         let text = text.replace("Sphere(radius: \"bead_radius\")", shape);
         let refused = membrane::model::resolve(&parse("a test", text, Syntax::Ron).problem).unwrap_err();
         assert!(refused.diagnostics.iter().any(|d| d.code == code), "{shape}: {:?}", refused.diagnostics);
+    }
+    for shape in ["Sphere(radius: \"1.01*r0\", hollow: true)", "Profile(\"u^4 - 0.4*u^2/r0\")"] {
+        let text = std::fs::read_to_string("problems/bead_on_flat.ron").unwrap();
+        resolve(&parse("a test", text.replace("Sphere(radius: \"bead_radius\")", shape), Syntax::Ron));
+    }
+}
+
+const STAMP: &str = r#"(
+    format: 1, title: "Stamp",
+    unknowns: { "depth": 0 },
+    reference: Sphere(radius: 1), material: NeoHookean(shear_modulus: 1),
+    initial: Inflated(radius: 1.3), fluid: Incompressible,
+    bodies: { "stamp": (shape: Punch(radius: 0.4), facing: Down, h: "depth - 2.6"), "table": (shape: Plane, facing: Up, h: 0) },
+    meridian: [Pole, Contact(on: "stamp.face"), Kink(at: "stamp.edge", appears: OnTouch), Free(name: "side"), Contact(on: "table"), Pole],
+    branch: (control: "depth", to: 0.6, steps: 6),
+    outputs: { "reach": "side.start.u" },
+)"#;
+
+#[test]
+fn a_contact_goes_no_further_than_its_face() {
+    let kink = "Kink(at: \"stamp.edge\", appears: OnTouch), ";
+    let solve = |text: &str| run(&resolve(&parse("a test", text.into(), Syntax::Ron)), None);
+    let listed = solve(STAMP);
+    assert_eq!(listed.status, Status::Complete);
+    assert!(listed.points.iter().all(|p| p.solution.certificate.is_admissible()));
+    // Without the edge the face goes on for the equations, and not for the certificate.
+    let endless = solve(&STAMP.replace(kink, ""));
+    let last = &endless.points.last().expect("a state").solution.certificate;
+    assert!(last.violations.iter().any(|v| v.contains("beyond the end of stamp.face")), "{:?}", last.violations);
+    assert!(endless.points[0].solution.certificate.is_admissible(), "it is small at first");
+}
+
+#[test]
+fn names_are_looked_for_before_events() {
+    for (old, new, code, message) in [
+        ("stamp.edge", "stamp.corner", "unknown-name", "there is no sharp edge `stamp.corner`"),
+        ("table\"), Pole]", "table\")]", "no-end", "a meridian starts and ends with an end"),
+    ] {
+        assert!(STAMP.contains(old), "{old}");
+        let text = STAMP.replace(old, new);
+        let refused = membrane::model::resolve(&parse("a test", text, Syntax::Ron).problem).unwrap_err();
+        let found: Vec<_> = refused.diagnostics.iter().map(|d| (d.code, d.message.as_str())).collect();
+        assert_eq!(found, [(code, message)]);
     }
 }
 

@@ -78,10 +78,58 @@ fn the_reference_names_every_word_of_the_format() {
     assert!(missing.is_empty(), "docs/format.md does not name {missing:?}");
 }
 
+/// The source files below a directory, without their own tests and comments.
+fn sources(directory: &str, found: &mut Vec<String>) {
+    for entry in std::fs::read_dir(directory).unwrap() {
+        let path = entry.unwrap().path().to_str().unwrap().to_owned();
+        if std::path::Path::new(&path).is_dir() {
+            sources(&path, found);
+        } else if path.ends_with(".rs") && !path.ends_with("tests.rs") {
+            let text = std::fs::read_to_string(&path).unwrap();
+            let text = text.split("#[cfg(test)]\nmod tests").next().unwrap();
+            found.push(text.lines().filter(|l| !l.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n"));
+        }
+    }
+}
+
+/// The codes of complaints in a source text: what a complaint is made with, and every text of words joined by hyphens.
+fn codes(text: &str, found: &mut BTreeSet<String>) {
+    let quoted = |rest: &str| {
+        let (word, _) = rest.trim_start().strip_prefix('"')?.split_once('"')?;
+        let kebab = word.split('-').all(|part| !part.is_empty() && part.bytes().all(|b| b.is_ascii_lowercase()));
+        kebab.then(|| word.to_owned())
+    };
+    for maker in ["Diagnostic::error(", "Diagnostic::warning(", "ExprError::new(", "refuse("] {
+        found.extend(text.split(maker).skip(1).filter_map(quoted));
+    }
+    found.extend(text.match_indices('"').filter_map(|(i, _)| quoted(&text[i..])).filter(|word| word.contains('-')));
+    // Not a code: a word of what `explain` writes.
+    found.remove("over-pressure");
+}
+
 #[test]
-fn the_links_of_the_readme_lead_somewhere() {
-    let text = std::fs::read_to_string("README.md").unwrap();
-    for target in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
-        assert!(target.starts_with("http") || std::path::Path::new(target).exists(), "no {target}");
+fn the_guide_says_what_to_do_about_every_complaint() {
+    let (mut texts, mut wanted) = (vec![], BTreeSet::new());
+    sources("src", &mut texts);
+    texts.iter().for_each(|text| codes(text, &mut wanted));
+    wanted.extend(membrane::expr::CODES.iter().map(|(code, _)| (*code).to_owned()));
+    assert!(wanted.len() > 100, "{wanted:?}");
+    let guide = std::fs::read_to_string("docs/guide.md").unwrap();
+    let table = guide.split("| code | means").nth(1).expect("a table of complaints");
+    let missing =
+        |table: &str| wanted.iter().filter(|c| !table.contains(&format!("`{c}`"))).cloned().collect::<Vec<_>>();
+    assert!(missing(table).is_empty(), "docs/guide.md does not explain {:?}", missing(table));
+    // What is left out is noticed.
+    assert_eq!(missing(&table.replace("`no-first-touch`", "")), ["no-first-touch"]);
+}
+
+#[test]
+fn the_links_of_the_documentation_lead_somewhere() {
+    for (page, directory) in [("README.md", "."), ("docs/guide.md", "docs")] {
+        let text = std::fs::read_to_string(page).unwrap();
+        for target in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
+            let there = std::path::Path::new(directory).join(target);
+            assert!(target.starts_with("http") || there.exists(), "{page}: no {target}");
+        }
     }
 }

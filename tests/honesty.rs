@@ -6,8 +6,10 @@
 
 mod common;
 
-use common::{read, resolve, run, with};
-use membrane::run::Status;
+use common::{measured, parse, read, resolve, run, with};
+use membrane::run::{Reason, Status};
+use membrane::spec::Syntax;
+use std::f64::consts::PI;
 
 struct Case {
     file: &'static str,
@@ -82,6 +84,61 @@ fn law(material: &'static str) -> impl Iterator<Item = Case> {
         }
     }
     cases.into_iter()
+}
+
+/// The initial sphere below a narrow pipette: what is summed along it is known in closed form, and no further off than it claims.
+#[test]
+fn the_initial_state() {
+    let text = r#"(
+        format: 1, title: "Below a pipette",
+        parameters: { "rho": 0.5 }, unknowns: { "dP": 0 },
+        reference: Sphere(radius: 1), material: NeoHookean(shear_modulus: 1),
+        initial: Inflated(radius: 1.3), fluid: Incompressible,
+        bodies: { "pipette": (shape: Pipette(radius: "rho"), facing: Down, h: 0) },
+        meridian: [Pole, Free(name: "cap", outside_pressure: "-dP"), Kink(at: "pipette.mouth"), Free(name: "rest"), Pole],
+        branch: (control: "dP", to: 0.01, steps: 1),
+        outputs: { "height": "membrane.height", "area": "membrane.area", "volume": "membrane.volume" },
+    )"#;
+    let r = 1.3_f64;
+    let truth = [("height", 2.0 * r), ("area", 4.0 * PI * r * r), ("volume", 4.0 / 3.0 * PI * r.powi(3))];
+    for rho in ["0.5", "0.1"] {
+        let model = resolve(&with(&parse("a test", text.into(), Syntax::Ron), &[("rho", rho)]));
+        let outcome = run(&model, None);
+        assert_eq!(outcome.points[0].reason, Reason::Start);
+        for (name, value) in truth {
+            let (found, error) = measured(&model, &outcome, 0, name).expect("a number");
+            assert!((found - value).abs() <= error, "{rho} {name}: {found} {value} {error:e}");
+            assert!(error < 1e-11 * value, "{rho} {name}: {error:e}");
+        }
+    }
+}
+
+/// An edge that is stuck at a material point of its own holds another state than the initial sphere from the start.
+#[test]
+fn the_state_that_a_condition_holds_at_the_start() {
+    let text = r#"(
+        format: 1, title: "Below a pipette",
+        parameters: { "place": 0.4 }, unknowns: { "dP": 0 },
+        reference: Sphere(radius: 1), material: NeoHookean(shear_modulus: 1),
+        initial: Inflated(radius: 1.3), fluid: Incompressible,
+        bodies: { "pipette": (shape: Pipette(radius: 0.5), facing: Down, h: 0) },
+        meridian: [
+            Pole, Free(name: "cap", outside_pressure: "-dP"), Kink(at: "pipette.mouth", law: StuckAt("phi = place")),
+            Free(name: "rest"), Pole,
+        ],
+        branch: (control: "dP", to: 0.01, steps: 1),
+        outputs: { "held": "pipette.mouth.phi", "rise": "p_f - initial.p_f" },
+    )"#;
+    let first = (0.5_f64 / 1.3).asin();
+    for (place, moves) in [(0.4, true), (first, false)] {
+        let settings = [("place", format!("{place:e}"))];
+        let model = resolve(&with(&parse("a test", text.into(), Syntax::Ron), &settings));
+        let outcome = run(&model, None);
+        assert_eq!(outcome.points[0].reason, Reason::Start);
+        let value = |name| measured(&model, &outcome, 0, name).expect("a number").0;
+        assert!((value("held") - place).abs() < 1e-12, "{} {place}", value("held"));
+        assert_eq!(value("rise").abs() > 1e-4, moves, "{}", value("rise"));
+    }
 }
 
 #[test]

@@ -43,6 +43,8 @@ pub struct Body {
     pub h: Formula,
     /// The pieces that lie on it.
     pub pieces: Vec<usize>,
+    /// The face on which each of these pieces lies.
+    pub faces: Vec<usize>,
 }
 
 impl Body {
@@ -50,6 +52,14 @@ impl Body {
     /// nothing where no face stands there.
     pub fn penetration(&self, u: f64, drop: f64) -> Option<f64> {
         self.rigid.penetration(u, drop)
+    }
+
+    /// How far the point at parameter `t` of the face on which a piece lies is beyond the end of that face (length), and the name of
+    /// the face; nothing where it is on the face.
+    pub fn overhang(&self, piece: usize, t: f64) -> Option<(f64, &str)> {
+        let on = self.pieces.iter().position(|&p| p == piece)?;
+        let face = &self.rigid.faces[self.faces[on]];
+        face.overhang(t).map(|far| (far, face.name.as_str()))
     }
 }
 

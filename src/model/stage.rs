@@ -3,6 +3,7 @@
 //! A contact with `appears` is absent until its event. A stage is a system of its own, with its own unknowns and conditions; a
 //! [`Change`] is the event that leads from one to the next.
 
+use super::meridian::unknown_name;
 use super::names::Names;
 use super::{Body, bracket};
 use crate::diagnostic::Diagnostic;
@@ -205,11 +206,12 @@ pub(super) fn changes(
                     face_met(names, system, bodies, element, sides)
                 };
                 if found.is_none() {
-                    errors.push(
+                    errors.push(unknown_name(problem, element, i).unwrap_or_else(|| {
                         Diagnostic::error("not-supported", "this element needs to be told when it appears")
                             .at(pointer, "write When(\"..\")")
-                            .help("found by itself: a face next to a sharp edge over which the membrane is bent, and an edge at the end of a face on which it lies"),
-                    );
+                            .help("found by itself: a face next to a sharp edge over which the membrane is bent, and an edge at the end of a face on which it lies")
+                            .help("such an edge stands in the list: Kink(at: \"body.edge\", .., appears: OnTouch)")
+                    }));
                 }
                 found
             }

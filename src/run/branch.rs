@@ -8,7 +8,7 @@ use super::trace::{Asked, Stop, Tracer, same};
 use crate::model::{Model, Steps};
 use crate::number::plain;
 use crate::physics::material::Energy;
-use crate::solution::Solution;
+use crate::solution::{Measured, Solution};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -95,16 +95,29 @@ impl Tracer {
         Ok(())
     }
 
+    /// The initial state, or where a condition of the file holds another one at its value of the control, such as an edge that is stuck at
+    /// a material point of its own: that one.
+    fn begun(&self, initial: Solution) -> Solution {
+        let first = self.last();
+        let differ = |(a, b): (&Option<Measured>, &Option<Measured>)| {
+            a.zip(*b).is_some_and(|(a, b)| (a.value - b.value).abs() > 1e3 * (a.error + b.error) + 1e-6 * a.value.abs())
+        };
+        let other = same(self.value(first), self.value(&initial))
+            && initial.quantities.iter().zip(&first.quantities).any(differ);
+        if other { first.clone() } else { initial }
+    }
+
     /// The branch of the file.
     pub(super) fn branch(&mut self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<(), String> {
         let initial = start::initial(&self.model);
         let c0 = self.value(&initial);
         let targets = self.model.branch.steps.targets(c0);
         let loaded = !self.model.touches();
+        self.begin()?;
+        let initial = self.begun(initial);
         if loaded && !self.model.branch.steps.has_first() {
             self.report(Reason::Start, None, initial.clone());
         }
-        self.begin()?;
         if loaded && same(targets[0], c0) {
             self.report(Reason::Step, None, initial);
         } else {
@@ -242,6 +255,7 @@ impl Tracer {
         let c0 = self.value(&initial);
         let loaded = !self.model.touches();
         self.begin()?;
+        let initial = self.begun(initial);
         let (first, begun) = (self.last().clone(), self.model.clone());
         let mut missing = vec![];
         let mut answers: Vec<Vec<Point>> = requests.iter().map(|_| vec![]).collect();

@@ -200,6 +200,11 @@ impl Certificate {
                     if p_c < -TOLERANCE * p.abs().max(p_c.abs()) {
                         note("contact pressure < 0", &piece.name, m.phi, p_c);
                     }
+                    // Where its face ends there is nothing to lie on.
+                    let over = model.bodies.iter().find_map(|body| body.overhang(s, m.along));
+                    if let Some((far, face)) = over.filter(|(far, _)| *far > GAP * model.initial.radius) {
+                        note(&format!("lies beyond the end of {face}"), &piece.name, m.phi, -far);
+                    }
                 }
                 // No point of the membrane stands inside a body, nor beyond its mirror.
                 let h = match &piece.kind {
@@ -402,6 +407,8 @@ struct Plain {
     p_c: f64,
     /// Position below the apex of the face; zero on free pieces.
     drop: f64,
+    /// Parameter of the generator of the face; zero on free pieces.
+    along: f64,
 }
 
 fn mesh_points(view: &View, s: usize) -> Vec<(usize, Plain)> {
@@ -417,6 +424,10 @@ fn mesh_points(view: &View, s: usize) -> Vec<(usize, Plain)> {
             let eta = piece.coordinate.at(x, a, b).0;
             let m = piece.local(&system.reference, &system.law, eta, &y);
             let r = m.response;
+            let face = match &piece.kind {
+                Kind::Free => None,
+                Kind::Contact(face) => Some((face, face.parameter(y[1], m.rho0))),
+            };
             (
                 i,
                 Plain {
@@ -431,10 +442,8 @@ fn mesh_points(view: &View, s: usize) -> Vec<(usize, Plain)> {
                         .as_ref()
                         .map_or(r.w_l, |own| own.added_to(&m, piece.height(&m, &y, piece.ends(&p).2)).response.w_l),
                     p_c: piece.contact_pressure(&system.reference, &system.law, x, &y, &p),
-                    drop: match &piece.kind {
-                        Kind::Free => 0.0,
-                        Kind::Contact(face) => face.drop(face.parameter(y[1], m.rho0)),
-                    },
+                    drop: face.map_or(0.0, |(face, t)| face.drop(t)),
+                    along: face.map_or(0.0, |(_, t)| t),
                 },
             )
         })

@@ -53,6 +53,28 @@ fn touch(face: &Face, range: [f64; 2], r: f64, at_pole: bool) -> Option<Touch> {
     None
 }
 
+/// True if a sphere of radius `r` that touches a face at its pole runs into the face beside it, or fits it exactly. As far as both go
+/// outwards.
+fn cuts(face: &Face, range: [f64; 2], r: f64) -> bool {
+    let sign = if face.facing == Facing::Down { 1.0 } else { -1.0 };
+    let last = range[1].min(range[0] + 2.0 * r);
+    let mut reached = 0.0;
+    for i in 1..=SEARCHED {
+        let t = range[0] + (last - range[0]) * i as f64 / SEARCHED as f64;
+        let sine = face.surface.point(t)[0] / r;
+        if !(sine > reached && sine < 1.0) {
+            return false;
+        }
+        reached = sine;
+        // How far the sphere has receded from the plane in which it touches.
+        let receded = r * sine * sine / (1.0 + (1.0 - sine * sine).sqrt());
+        if receded - sign * face.drop(t) < 1e-6 * receded {
+            return true;
+        }
+    }
+    false
+}
+
 /// The touches of the initial sphere: of each contact (none for a free segment), and of each joint that is a kink.
 pub(super) struct Touches {
     pub(super) contacts: Vec<Option<Touch>>,
@@ -101,6 +123,21 @@ pub(super) fn touches(
                 Diagnostic::error("no-first-touch", format!("`{}` cannot touch the initial sphere: {why}", f.name))
                     .at(format!("/meridian/{}", s.at), "a contact without `appears` just touches the initial sphere")
                     .help("say when it appears: Contact(on: .., appears: OnTouch)"),
+            );
+        }
+        if found.is_some() && sphere && at_pole && cuts(&f.face, f.range, radius) {
+            errors.push(
+                Diagnostic::error(
+                    "no-first-touch",
+                    format!(
+                        "`{}` cannot touch the initial sphere at its pole only: it leaves no room beside it",
+                        f.name
+                    ),
+                )
+                .at(format!("/meridian/{}", s.at), "a contact without `appears` just touches the initial sphere")
+                .help(format!(
+                    "that sphere has the radius {radius}; a hollow must be wider, and a tip foremost on the axis"
+                )),
             );
         }
         contacts.push(found);

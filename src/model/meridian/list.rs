@@ -82,10 +82,26 @@ fn unknown_part(problem: &Problem, name: &str, edges: bool, pointer: String) -> 
     let (what, all) = if edges { ("sharp edge", "edges") } else { ("body or face", "bodies and faces") };
     let mut d =
         Diagnostic::error("unknown-name", format!("there is no {what} `{name}`")).at(pointer, "nothing has this name");
-    if let Some(near) = nearest(name, known.iter().map(String::as_str)) {
+    let body = name.split_once('.').and_then(|(body, _)| Some((body, problem.bodies.get(body)?)));
+    if let Some((body, _)) = body.filter(|(_, said)| !edges && chain(&said.shape) > 1) {
+        d = d.help(format!("a contact on `{body}` goes on along its side by itself: Contact(on: \"{body}\")"));
+    } else if let Some(near) = nearest(name, known.iter().map(String::as_str)) {
         d = d.help(format!("did you mean `{near}`?"));
     }
     d.help(format!("{all}: {}", if known.is_empty() { "none".to_owned() } else { known.join(", ") }))
+}
+
+/// The complaint about an element that names no face or edge of any body.
+pub fn unknown_name(problem: &Problem, element: &Element, at: usize) -> Option<Diagnostic> {
+    match element {
+        Element::Contact { on, .. } if face_of(problem, on.as_str()).is_none() => {
+            Some(unknown_part(problem, on.as_str(), false, format!("/meridian/{at}/Contact/on")))
+        }
+        Element::Kink { at: edge, .. } if part_of(problem, edge.as_str(), edge_names).is_none() => {
+            Some(unknown_part(problem, edge.as_str(), true, format!("/meridian/{at}/Kink/at")))
+        }
+        _ => None,
+    }
 }
 
 /// Reads the list of elements that are present.
@@ -115,19 +131,20 @@ pub(super) fn read_list<'a>(
         return None;
     }
     let last = elements.len() - 1;
+    let inner = usize::from(is_end(&elements[0]))..last + usize::from(!is_end(&elements[last]));
     for i in [0, last] {
         if !is_end(&elements[i]) {
             errors.push(
                 Diagnostic::error("no-end", "a meridian starts and ends with an end")
                     .at(pointer(i), "not an end")
-                    .help("ends: Pole, Mirror(h: ..), Clamped(u: .., h: ..), End(conditions: ..)"),
+                    .help("ends: Pole, Mirror(h: ..), Clamped(u: .., h: ..)"),
             );
         }
     }
     let mut segments: Vec<Segment> = vec![];
     let mut between: Vec<Vec<Joint>> = vec![];
     let mut absent = vec![];
-    for (i, element) in elements.iter().enumerate().take(last).skip(1) {
+    for (i, element) in elements.iter().enumerate().take(inner.end).skip(inner.start) {
         if !presence.has(element, i) {
             if let Element::Contact { on, name, .. } = element {
                 absent.push(name.as_ref().unwrap_or(on).as_str().to_owned());
@@ -223,13 +240,17 @@ pub(super) fn read_list<'a>(
                 joints.push(Joint { at: b.at, kind: JointKind::Smooth })
             }
             (None, _) => {
-                let what = if a.body.is_none() { "two free segments" } else { "two contacts" };
+                let (what, between) = if a.body.is_none() {
+                    ("two free segments", "a contact")
+                } else {
+                    ("two contacts", "a free segment")
+                };
                 errors.push(
                     Diagnostic::error(
                         "no-joint",
                         format!("{what} follow each other, and nothing says what joins them"),
                     )
-                    .at(pointer(b.at), "a kink or joint is left out before this element")
+                    .at(pointer(b.at), format!("{between}, a kink or a joint is left out before this element"))
                     .at(pointer(a.at), "joined to this one"),
                 );
             }

@@ -8,6 +8,7 @@ mod conditions;
 mod list;
 mod rigid;
 
+pub use list::unknown_name;
 pub use rigid::Rigid;
 
 use super::ledger::Ledger;
@@ -336,13 +337,14 @@ pub fn walk<'a>(
     let mut standing: Vec<Body> = vec![];
     for ((name, _), rigid) in problem.bodies.iter().zip(&bodies) {
         let h = names.build(&system, false, |b, _| Ok(b.constant(0.0)))?;
-        standing.push(Body { name: name.clone(), rigid: rigid.clone()?, h, pieces: vec![] });
+        standing.push(Body { name: name.clone(), rigid: rigid.clone()?, h, pieces: vec![], faces: vec![] });
     }
     let mut heights = vec![];
     for (i, s) in segments.iter().enumerate() {
         heights.push(names.build(&system, false, |b, x| x.h(b, i, Side::Start))?);
-        if let Some((body, _)) = s.body {
+        if let Some((body, face)) = s.body {
             standing[body].pieces.push(i);
+            standing[body].faces.push(face);
         }
     }
     let mut edges = vec![];

@@ -33,6 +33,13 @@ pub struct RigidFace {
 }
 
 impl RigidFace {
+    /// How far the point at parameter `t` of the generator is beyond the end of the face (length); nothing on the face.
+    pub fn overhang(&self, t: f64) -> Option<f64> {
+        let end = t.clamp(self.range[0], self.range[1]);
+        let [here, there] = [t, end].map(|t| self.face.surface.point(t));
+        (t != end).then(|| (here[0] - there[0]).hypot(here[1] - there[1]))
+    }
+
     /// Distance of a point at radius `u`, `drop` below the foremost point on the axis, from the face.
     fn distance(&self, u: f64, drop: f64) -> f64 {
         let far = |t: f64| (self.face.surface.point(t)[0] - u).hypot(self.face.drop(t) - drop);
