@@ -368,3 +368,20 @@ fn states_that_a_material_does_not_have_are_said() {
         }
     }
 }
+
+/// Constants of a fluid that no fluid has.
+#[test]
+fn fluids_that_cannot_be_are_refused_at_their_place() {
+    for (fluid, place) in [
+        ("IdealGas(ambient_pressure: -3)", "/fluid/IdealGas/ambient_pressure"),
+        ("Compressible(bulk_modulus: 0)", "/fluid/Compressible/bulk_modulus"),
+        ("Osmotic(osmotic_pressure: 1, excluded_volume: -1)", "/fluid/Osmotic/excluded_volume"),
+    ] {
+        let document = common::with(&common::read("problems/flat_plates.ron"), &[("fluid", fluid)]);
+        let refused = membrane::model::resolve(&document.problem).unwrap_err();
+        assert!(refused.diagnostics.iter().any(|d| d.code == "not-positive"), "{place}: {:?}", refused.diagnostics);
+    }
+    for fluid in ["IdealGas(ambient_pressure: 0)", "Compressible(bulk_modulus: 0.1)"] {
+        common::resolve(&common::with(&common::read("problems/flat_plates.ron"), &[("fluid", fluid)]));
+    }
+}

@@ -7,6 +7,25 @@ use crate::diagnostic::Diagnostic;
 use crate::spec::{Fluid, Problem};
 use crate::system::System;
 
+/// Refuses constants that no fluid has. What is no constant is examined with the equation.
+fn constants(fluid: &Fluid, names: &Names, errors: &mut Vec<Diagnostic>) {
+    let (number, pointer, what, least) = match fluid {
+        Fluid::Compressible { bulk_modulus } => {
+            (bulk_modulus, "/fluid/Compressible/bulk_modulus", "the bulk modulus must be positive", f64::MIN_POSITIVE)
+        }
+        Fluid::IdealGas { ambient_pressure } => {
+            (ambient_pressure, "/fluid/IdealGas/ambient_pressure", "the ambient pressure must not be negative", 0.0)
+        }
+        Fluid::Osmotic { excluded_volume, .. } => {
+            (excluded_volume, "/fluid/Osmotic/excluded_volume", "the excluded volume must not be negative", 0.0)
+        }
+        _ => return,
+    };
+    if let Some(v) = names.constant(number, pointer, &mut vec![]).filter(|v| *v < least) {
+        errors.push(Diagnostic::error("not-positive", format!("{what}, not {v}")).at(pointer, format!("is {v}")));
+    }
+}
+
 /// The pressure of the fluid and its equation.
 pub(super) fn fluid(
     problem: &Problem,
@@ -16,6 +35,7 @@ pub(super) fn fluid(
     errors: &mut Vec<Diagnostic>,
 ) {
     let (Some(fluid), Some(_)) = (&problem.fluid, names.fluid_pressure) else { return };
+    constants(fluid, names, errors);
     let volume = "membrane.volume";
     let (text, pointer, origin) = match fluid {
         Fluid::Incompressible => (format!("{volume} = initial.{volume}"), "/fluid", "fluid (Incompressible)"),
