@@ -176,3 +176,23 @@ fn nothing_is_asked_for_beyond_a_stop() {
     let found = at(end.solution.quantities[place].unwrap().value);
     assert_eq!(found.points.len(), 1, "{:?}", found.status);
 }
+
+/// Two constraints that say the same are found also where bodies are touched and no state can be solved with them.
+#[test]
+fn constraints_that_say_the_same_are_named() {
+    let file = |second: &str| {
+        text("problems/cone_on_flat.ron")
+            .replace("unknowns: { \"dbar\": 1 }", "unknowns: { \"dbar\": 1, \"x\": 0.25, \"y\": 0.75 }")
+            .replace(
+                "    outputs: {",
+                &format!("    constraints: {{ \"one\": \"x + y = 1\", \"two\": \"{second}\" }},\n    outputs: {{"),
+            )
+    };
+    assert!(file("").contains("constraints"));
+    let r = verdict(&file("2*x + 2*y = 2"));
+    assert_eq!(r.deficiency, Some(1), "{r:?}");
+    assert!(["one", "two"].iter().all(|c| r.dependent.iter().any(|d| d == c)), "{r:?}");
+    assert!(["x", "y"].iter().all(|u| r.free.iter().any(|f| f == u)), "{r:?}");
+    let twin = verdict(&file("2*x + y = 1.25"));
+    assert_eq!(twin.deficiency, Some(0), "{twin:?}");
+}

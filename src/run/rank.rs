@@ -77,8 +77,10 @@ pub fn rank(model: &Model) -> Rank {
     system.closing = Closing::Value { of: control.clone(), target: 0.0 };
     let mut work = state::Work::default();
     let touching = model.system.pieces.iter().any(|p| matches!(p.kind, Kind::Contact(_)));
-    let initial = (!touching && model.initial.stretch > 1.0).then(|| {
-        let (disc, z) = start::sample(model, model.initial.stretch, 0.0, start::FINER);
+    // With a contact it is nearly a state only; what depends on each other everywhere shows there, too.
+    let initial = (model.initial.stretch > 1.0).then(|| {
+        let contact = if touching { start::FIRST_CONTACTS[0] } else { 0.0 };
+        let (disc, z) = start::sample(model, model.initial.stretch, contact, start::FINER);
         Member { disc, z }
     });
     let mut members: Vec<Member> = vec![];
@@ -89,6 +91,9 @@ pub fn rank(model: &Model) -> Rank {
         // No state with the conditions as they are: look where they leave something free.
         let Some(initial) = initial else { return Rank::default() };
         let Some(found) = examine(&system, &initial) else { return Rank::default() };
+        if touching && found.none.is_empty() {
+            return Rank::default();
+        }
         // Independent at one state is independent.
         let closing = if found.none.is_empty() { vec![] } else { closing(model, &system, &initial, &found) };
         let replaced = dependent_row(model, &found);
