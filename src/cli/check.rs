@@ -3,10 +3,10 @@
 use super::problem::Understood;
 use super::{Exit, Format, Input, complain, print, problem};
 use membrane::diagnostic::{Diagnostic, Severity};
-use membrane::model::Ledger;
+use membrane::model::{Ledger, token};
 use membrane::output::document::{self, Finding};
 use membrane::run::{Rank, rank};
-use membrane::spec::schema;
+use membrane::spec::{Problem, schema};
 use membrane::sweep::Plan;
 use std::fmt::Write;
 
@@ -30,7 +30,7 @@ pub fn check(options: &Options) -> Exit {
         match problem::understand(file, &options.input) {
             Ok(Understood { document, model, plan }) => {
                 let rank = rank(&model);
-                let verdict = verdict(&rank);
+                let verdict = verdict(&rank, &model.problem);
                 let (unknowns, conditions) = (model.ledger.unknowns.len(), model.ledger.conditions.len());
                 let counted = format!("{unknowns} unknowns and {conditions} conditions");
                 let ledger = if options.files.len() == 1 { listed(&model.ledger) } else { String::new() };
@@ -94,7 +94,7 @@ fn listed(ledger: &Ledger) -> String {
 }
 
 /// What there is to say about the rank, if anything.
-fn verdict(rank: &Rank) -> Option<Diagnostic> {
+fn verdict(rank: &Rank, problem: &Problem) -> Option<Diagnostic> {
     match rank.deficiency {
         Some(0) if rank.forced.is_empty() => None,
         Some(0) => {
@@ -116,7 +116,12 @@ fn verdict(rank: &Rank) -> Option<Diagnostic> {
                 "the conditions do not determine the solution: one of {} follows from the others",
                 names(&rank.dependent)
             );
-            let mut d = Diagnostic::error("dependent-condition", message)
+            let mut d = Diagnostic::error("dependent-condition", message);
+            let written = rank.dependent.iter().filter(|name| problem.constraints.contains_key(*name));
+            for name in written {
+                d = d.at_key(format!("/constraints/{}", token(name)), "follows from the others, or they from it");
+            }
+            d = d
                 .at("/meridian", "the count closes, the rank does not")
                 .help(format!("left free: {}", names(&rank.free)));
             if rank.neutral {

@@ -188,7 +188,7 @@ impl Model {
 }
 
 /// Escapes a name for a JSON pointer.
-pub(crate) fn token(name: &str) -> String {
+pub fn token(name: &str) -> String {
     name.replace('~', "~0").replace('/', "~1")
 }
 
