@@ -209,7 +209,7 @@ pub(super) fn changes(
                     errors.push(unknown_name(problem, element, i).unwrap_or_else(|| {
                         Diagnostic::error("not-supported", "this element needs to be told when it appears")
                             .at(pointer, "write When(\"..\")")
-                            .help("found by itself: a face next to a sharp edge over which the membrane is bent, and an edge at the end of a face on which it lies")
+                            .help("found by itself: a body that the pole of a free segment meets, a face next to a sharp edge over which the membrane is bent, and an edge at the end of a face on which it lies")
                             .help("such an edge stands in the list: Kink(at: \"body.edge\", .., appears: OnTouch)")
                     }));
                 }

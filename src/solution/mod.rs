@@ -127,7 +127,7 @@ impl Solution {
     }
 
     /// The largest error relative to the accuracy asked for, and whose it is; below 1 all is well. A quantity that vanishes is
-    /// measured against a thousandth of its `typical` magnitude.
+    /// measured against a thousandth of its `typical` magnitude, and none against less than a ten-thousandth.
     pub fn worst_error(&self, accuracy: f64, typical: &[f64]) -> (f64, usize) {
         self.worst(accuracy, typical, |m| if m.error.is_finite() { m.error } else { f64::INFINITY })
     }
